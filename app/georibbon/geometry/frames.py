@@ -44,3 +44,75 @@ class Strip:
         """The same curve run backwards: s -> L - s, tau -> -tau, V -> -V, N kept."""
         frames = self.frames[::-1] * np.array([-1.0, -1.0, 1.0])
         return Strip(self.s[-1] - self.s[::-1], self.points[::-1], frames)
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """(..., 3) vectors divided by their lengths."""
+    units: FloatArray = vectors / np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
+    return units
+
+
+def frames_from(tangents: FloatArray, normals: FloatArray) -> FloatArray:
+    """(..., 3, 3) frames [tau, V, N]: tau kept, N made square to it, V = N x tau.
+
+    tangents: (..., 3) unit.  normals: (..., 3), not along the tangents.
+    """
+    along = np.sum(normals * tangents, axis=-1, keepdims=True)
+    squared = unit(normals - along * tangents)
+    return np.stack([tangents, np.cross(squared, tangents), squared], axis=-1)
+
+
+def arc_angles(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(...) radians between vectors (..., 3): atan2(|a x b|, a.b), exact near zero too."""
+    cross = np.cross(first, second)
+    angles: FloatArray = np.arctan2(
+        np.sqrt(np.sum(cross * cross, axis=-1)),
+        np.sum(first * second, axis=-1),
+    )
+    return angles
+
+
+def rotations_between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(n, 3, 3) the smallest rotations that take unit vectors (n, 3) into unit vectors (n, 3).
+
+    I + [w]x + [w]x² / (1 + a.b) with w = a x b; not defined for opposite vectors.
+    """
+    w = np.cross(first, second)
+    outer = w[:, :, None] * w[:, None, :]
+    cosine = np.sum(first * second, axis=1)[:, None, None]
+    zero = np.zeros(len(w))
+    skew = np.stack(
+        [zero, -w[:, 2], w[:, 1], w[:, 2], zero, -w[:, 0], -w[:, 1], w[:, 0], zero], axis=1
+    ).reshape(-1, 3, 3)
+    rotations: FloatArray = cosine * np.eye(3) + skew + outer / (1.0 + cosine)
+    return rotations
+
+
+def transported(steps: FloatArray, start: FloatArray) -> FloatArray:
+    """(n+1, 3, ...) the start (3, ...) carried along by the matrices (n, 3, 3), one by one."""
+    carried = [start]
+    for step in steps:
+        carried.append(step @ carried[-1])
+    return np.stack(carried)
+
+
+def minimising_frame(points: FloatArray, tangents: FloatArray, start: FloatArray) -> FloatArray:
+    """(n, 3) a unit normal field that does not turn about the curve.
+
+    points: (n, 3) metres, no two neighbours equal.  tangents: (n, 3) unit.
+    start: (3,) not along the first tangent.  Double reflection (Wang, Jüttler,
+    Zheng and Liu, Computation of rotation minimizing frames, 2008): fourth
+    order in the spacing.
+    """
+    first = reflections(np.diff(points, axis=0))
+    mirrored = np.einsum("kij,kj->ki", first, tangents[:-1])
+    steps = reflections(tangents[1:] - mirrored) @ first
+    begin = frames_from(tangents[:1], start[None])[0, :, 2]
+    return transported(steps, begin)
+
+
+def reflections(across: FloatArray) -> FloatArray:
+    """(n, 3, 3) the reflections I - 2 v v^T / v.v in the planes square to v (n, 3)."""
+    squared = np.sum(across * across, axis=1)[:, None, None]
+    mirrors: FloatArray = np.eye(3) - 2.0 * across[:, :, None] * across[:, None, :] / squared
+    return mirrors
