@@ -1,0 +1,363 @@
+"""Which point of a pass lies across from which point of its neighbour.
+
+Points X_a(s) and X_b(t) of two strips are matched where they are each other's
+feet, symmetrically:
+
+    (X_b(t) - X_a(s)) . (tau_a(s) + tau_b(t)) = 0
+
+Beyond the stretch where the strips overlap, the match is bent so that both
+strips are covered to their ends.  Over many passes the matches are chained
+outward from the middle pass, so that all patches share one parameter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from georibbon.geometry.frames import Strip
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IndexArray = NDArray[np.intp]
+
+SLOPE_FLOOR = 0.2
+NEWTON_STEPS = 3
+END_SLACK = 1e-6
+LEAST_OVERLAP = 0.1
+
+
+def match_feet(  # noqa: PLR0917 - two curves of three arrays each, plain for callers with arrays
+    points_a: FloatArray,
+    tangents_a: FloatArray,
+    s_a: FloatArray,
+    points_b: FloatArray,
+    tangents_b: FloatArray,
+    s_b: FloatArray,
+    at: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
+    """For each place on strip a the place across from it on strip b.
+
+    points: (n, 3) metres; tangents: (n, 3) unit; s: (n,) metres, ascending, of
+    either strip (the two may differ in n).  at: (k,) metres along a.
+
+    Returns t (k,), metres along b, with (X_b(t) - X_a(at)) . (tau_a + tau_b) = 0,
+    and valid (k,), False where no such place lies on b or `at` lies outside a
+    (t is then b's nearest node).  Of several solutions the nearest is taken.
+    Both strips must run in about the same direction.
+    """
+    here, ahead, _ = hermite(points_a, tangents_a, s_a, at)
+    k, valid = bracketed(here, ahead, points_b, tangents_b)
+    low, high = s_b[k], s_b[k + 1]
+    t = 0.5 * (low + high)
+    for _ in range(NEWTON_STEPS):
+        x, slope, bend = hermite(points_b, tangents_b, s_b, t, k)
+        both, chord = ahead + slope, x - here
+        gap = np.sum(chord * both, axis=1)
+        rate = np.sum(slope * both + chord * bend, axis=1)
+        t = np.clip(t - gap / np.maximum(rate, SLOPE_FLOOR), low, high)
+    return t, valid & (at >= s_a[0] - END_SLACK) & (at <= s_a[-1] + END_SLACK)
+
+
+def bracketed(
+    here: FloatArray, ahead: FloatArray, points: FloatArray, tangents: FloatArray
+) -> tuple[IndexArray, BoolArray]:
+    """For each point (k, 3) with its tangent the nearest interval of a strip that holds its foot.
+
+    Returns the interval's first node (k,) and whether there is one; where there
+    is none, the interval at the strip's nearest node.
+    """
+    gap = (
+        ahead @ points.T
+        - here @ tangents.T
+        + np.sum(points * tangents, axis=1)
+        - np.sum(here * ahead, axis=1)[:, None]
+    )
+    gap[:, 0] -= END_SLACK
+    gap[:, -1] += END_SLACK
+    distance = np.sum(points * points, axis=1) - 2.0 * (here @ points.T)
+    crossing = (gap[:, :-1] <= 0.0) & (gap[:, 1:] > 0.0)
+    valid = crossing.any(axis=1)
+    score = np.where(crossing | ~valid[:, None], distance[:, :-1] + distance[:, 1:], np.inf)
+    return np.argmin(score, axis=1), valid
+
+
+def hermite(
+    points: FloatArray,
+    tangents: FloatArray,
+    s: FloatArray,
+    at: FloatArray,
+    k: IndexArray | None = None,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points, first and second derivatives, each (k, 3), of the cubic Hermite curve.
+
+    points (n, 3), unit tangents (n, 3) at s (n,); at: (k,); k: the intervals
+    they lie in, where known.
+    """
+    if k is None:
+        k = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
+    h = (s[k + 1] - s[k])[:, None]
+    v = (at - s[k])[:, None] / h
+    start, end = points[k], points[k + 1]
+    leave, arrive = h * tangents[k], h * tangents[k + 1]
+    square = 3.0 * (end - start) - 2.0 * leave - arrive
+    cube = leave + arrive - 2.0 * (end - start)
+    x = start + v * (leave + v * (square + v * cube))
+    first = (leave + v * (2.0 * square + 3.0 * v * cube)) / h
+    second = (2.0 * square + 6.0 * v * cube) / (h * h)
+    return x, first, second
+
+
+def feet(a: Strip, b: Strip, at: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """`match_feet` on two strips."""
+    return match_feet(a.points, a.tangents, a.s, b.points, b.tangents, b.s, at)
+
+
+def foot_points(a: Strip, b: Strip, spacing: float) -> tuple[FloatArray, FloatArray]:
+    """Pairs (s, t), each (k,) metres, of places across from each other on two strips.
+
+    They lie on the stretch that both strips share, every `spacing` metres along a.
+    """
+    count = max(int((a.s[-1] - a.s[0]) / spacing), 1)
+    at = np.linspace(a.s[0], a.s[-1], count + 1)
+    t, valid = feet(a, b, at)
+    return at[valid], t[valid]
+
+
+@dataclass(frozen=True, eq=False)
+class PairMatch:
+    """The places of two neighbouring strips that lie across from each other.
+
+    a, b: (m,) metres, both strictly ascending from end to end of either strip.
+    overlap: the share of the shorter strip that truly has a foot on the other.
+    by_feet: False where feet gave no one-to-one match and equal fractions of
+    the lengths were matched instead.
+    """
+
+    a: FloatArray
+    b: FloatArray
+    overlap: float
+    by_feet: bool
+
+
+def match_pair(a: Strip, b: Strip) -> PairMatch:
+    """Match two strips that run the same way, by feet, covering both to their ends."""
+    core = matched_core(a, b)
+    if core is None:
+        return PairMatch(a.s[[0, -1]], b.s[[0, -1]], 0.0, False)
+    on_a, on_b = core
+    shorter = min(a.s[-1] - a.s[0], b.s[-1] - b.s[0])
+    overlap = min(on_a[-1] - on_a[0], on_b[-1] - on_b[0]) / shorter
+    if overlap < LEAST_OVERLAP or (np.diff(on_a) <= 0.0).any() or (np.diff(on_b) <= 0.0).any():
+        return PairMatch(a.s[[0, -1]], b.s[[0, -1]], float(max(overlap, 0.0)), False)
+    along = 0.5 * (on_a + on_b)
+    covered_a = covering(along, on_a, a.s[0], a.s[-1])
+    covered_b = covering(along, on_b, b.s[0], b.s[-1])
+    return PairMatch(covered_a, covered_b, float(overlap), True)
+
+
+def matched_core(a: Strip, b: Strip) -> tuple[FloatArray, FloatArray] | None:
+    """The matched places (m,), (m,) where both strips overlap; None where they do not."""
+    ends_a, ends_b = a.s[[0, -1]], b.s[[0, -1]]
+    on_b, a_has_foot = feet(a, b, ends_a)
+    on_a, b_has_foot = feet(b, a, ends_b)
+    if not (a_has_foot | b_has_foot).all():
+        return None
+    low, high = np.where(a_has_foot, ends_a, on_a)
+    inside = a.s[(a.s > low) & (a.s < high)]
+    at = np.concatenate([[low], inside, [high]])
+    t, valid = feet(a, b, at)
+    t[[0, -1]] = np.where(a_has_foot, on_b, ends_b)
+    valid[[0, -1]] = True
+    apart = np.concatenate([[True], np.diff(at) > END_SLACK])
+    keep = valid & apart
+    return (at[keep], t[keep]) if valid.all() else None
+
+
+def covering(along: FloatArray, places: FloatArray, start: float, end: float) -> FloatArray:
+    """(m,) the matched places of one strip, bent at both ends so that they reach its ends.
+
+    A leftover length l is absorbed by l (1 - t)²(1 + 2t) with t = x / min(2 l, half
+    the overlap), x the distance `along` (m,) from the overlap's end; the places
+    stay ascending.
+    """
+    half = 0.5 * (along[-1] - along[0])
+    bent = places - absorbed(places[0] - start, along - along[0], half)
+    bent = bent + absorbed(end - places[-1], along[-1] - along, half)
+    bent[0], bent[-1] = start, end
+    return bent
+
+
+def absorbed(leftover: float, x: FloatArray, half: float) -> FloatArray:
+    """(m,) how much of a leftover length is added at distances x (m,) from the end."""
+    if leftover <= 0.0:
+        return np.zeros_like(x)
+    t = np.minimum(x / min(2.0 * leftover, half), 1.0)
+    share: FloatArray = leftover * (1.0 - t) ** 2 * (1.0 + 2.0 * t)
+    return share
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """One parameter for all strips: the arc length u of the middle one.
+
+    strips: in their order across.  matches: one for each pair of neighbours.
+    """
+
+    ends: tuple[FloatArray, ...]
+    matches: tuple[PairMatch, ...]
+    middle: int
+
+    def __call__(self, u: FloatArray) -> FloatArray:
+        """(p, k) metres along each of the p strips at the parameters u (k,)."""
+        rows = {self.middle: u}
+        for i in range(self.middle, len(self.matches)):
+            match = self.matches[i]
+            rows[i + 1] = np.clip(mapped(match.a, match.b, rows[i]), *self.ends[i + 1])
+        for i in range(self.middle - 1, -1, -1):
+            match = self.matches[i]
+            rows[i] = np.clip(mapped(match.b, match.a, rows[i + 1]), *self.ends[i])
+        return np.stack([rows[i] for i in range(len(rows))])
+
+
+def mapped(source: FloatArray, target: FloatArray, at: FloatArray) -> FloatArray:
+    """(k,) the monotone cubic through (source, target), both (m,), at places (k,)."""
+    values: FloatArray = PchipInterpolator(source, target)(at)
+    return values
+
+
+def correspond(strips: Sequence[Strip]) -> Correspondence:
+    """Match all neighbours among strips that are in order across and run the same way."""
+    matches = tuple(match_pair(a, b) for a, b in pairwise(strips))
+    ends = tuple(strip.s[[0, -1]] for strip in strips)
+    return Correspondence(ends, matches, (len(strips) - 1) // 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Arrangement:
+    """Passes put in order across the surface, all run and facing the same way.
+
+    order: for each place across, which pass lies there.  strips: in that
+    order, turned where needed.  turned: those run backwards; flipped: those
+    whose normal had to be negated, both as places in `order`.
+    """
+
+    order: tuple[int, ...]
+    strips: tuple[Strip, ...]
+    turned: BoolArray
+    flipped: BoolArray
+
+
+def order_passes(strips: Sequence[Strip]) -> tuple[int, ...]:
+    """The order in which passes lie across the surface, however they are numbered or run.
+
+    The distance of two passes is the mean of the distances of either's middle
+    to the other.  The shortest tree that joins all passes is walked from one
+    end of its longest path to the other, so passes around a pipe come in order
+    too.  Runs from the end whose pass has the lower number.
+    """
+    tree = shortest_tree(pass_distances(strips))
+    far = walk(tree, 0)[1]
+    order, other = walk(tree, far)
+    if other < far:
+        order, _ = walk(tree, other)
+    return tuple(order)
+
+
+def pass_distances(strips: Sequence[Strip]) -> FloatArray:
+    """(p, p) metres between each two strips, measured from their middles."""
+    points = np.concatenate([strip.points for strip in strips])
+    starts = np.cumsum([0] + [len(strip.s) for strip in strips[:-1]])
+    nearest = []
+    for strip in strips:
+        away = points - strip.points[len(strip.s) // 2]
+        nearest.append(np.minimum.reduceat(np.sum(away * away, axis=1), starts))
+    distance: FloatArray = np.sqrt(np.stack(nearest))
+    return 0.5 * (distance + distance.T)
+
+
+def shortest_tree(distance: FloatArray) -> list[list[tuple[float, int]]]:
+    """For each of p nodes its neighbours (length, node) in the shortest tree (Prim)."""
+    count = len(distance)
+    tree: list[list[tuple[float, int]]] = [[] for _ in range(count)]
+    best, parent = distance[0].copy(), np.zeros(count, dtype=int)
+    outside = np.ones(count, dtype=bool)
+    outside[0] = False
+    for _ in range(count - 1):
+        new = int(np.argmin(np.where(outside, best, np.inf)))
+        outside[new] = False
+        old, length = int(parent[new]), float(best[new])
+        tree[new].append((length, old))
+        tree[old].append((length, new))
+        nearer = distance[new] < best
+        best[nearer], parent[nearer] = distance[new][nearer], new
+    return tree
+
+
+def walk(tree: list[list[tuple[float, int]]], start: int) -> tuple[list[int], int]:
+    """All nodes in the order of a walk from one of them, shorter edges first, and the farthest."""
+    order: list[int] = []
+    farthest, reach = start, 0.0
+    waiting = [(0.0, start, -1)]
+    while waiting:
+        length, node, parent = waiting.pop()
+        order.append(node)
+        if length > reach:
+            farthest, reach = node, length
+        ahead = sorted(((step, child) for step, child in tree[node] if child != parent))
+        waiting.extend((length + step, child, node) for step, child in reversed(ahead))
+    return order, farthest
+
+
+def arrange(strips: Sequence[Strip]) -> Arrangement:
+    """Order passes across and make them run and face the same way.
+
+    The first pass given keeps its direction.  Normals face as most of them did.
+    The order runs along the conormals, so that tau x (towards the next) = N.
+    """
+    order = order_passes(strips)
+    ordered = [strips[i] for i in order]
+    turned, flipped = np.zeros(len(order), dtype=bool), np.zeros(len(order), dtype=bool)
+    for i in range(1, len(order)):
+        along, facing = agreement(ordered[i - 1], ordered[i])
+        turned[i] = turned[i - 1] ^ (along < 0.0)
+        flipped[i] = flipped[i - 1] ^ (facing < 0.0)
+    turned ^= turned[order.index(0)]
+    if 2 * np.count_nonzero(flipped) > len(order):
+        flipped = ~flipped
+    facing_strips = tuple(
+        aligned(strip, bool(t), bool(f))
+        for strip, t, f in zip(ordered, turned, flipped, strict=True)
+    )
+    if across(facing_strips) < 0.0:
+        return Arrangement(order[::-1], facing_strips[::-1], turned[::-1], flipped[::-1])
+    return Arrangement(order, facing_strips, turned, flipped)
+
+
+def agreement(a: Strip, b: Strip) -> tuple[float, float]:
+    """How far b runs, and faces, as a does: sums of tau.tau and N.N at nearest nodes."""
+    some = np.linspace(0, len(a.s) - 1, 9).astype(int)
+    away = a.points[some, None] - b.points[None]
+    near = np.argmin(np.sum(away * away, axis=2), axis=1)
+    along = np.sum(a.tangents[some] * b.tangents[near])
+    facing = np.sum(a.normals[some] * b.normals[near])
+    return float(along), float(facing)
+
+
+def aligned(strip: Strip, turned: bool, flipped: bool) -> Strip:
+    """The strip run backwards, and faced the other way, where asked."""
+    if turned:
+        strip = strip.reversed()
+    if flipped:
+        strip = Strip(strip.s, strip.points, strip.frames * np.array([1.0, -1.0, -1.0]))
+    return strip
+
+
+def across(strips: Sequence[Strip]) -> float:
+    """Metres that the strips' middles advance along the conormals, each to the next."""
+    middles = np.stack([strip.points[len(strip.s) // 2] for strip in strips])
+    conormals = np.stack([strip.conormals[len(strip.s) // 2] for strip in strips])
+    return float(np.sum(np.diff(middles, axis=0) * (conormals[:-1] + conormals[1:])))
