@@ -1,0 +1,319 @@
+"""What a recording says beside its frames, checked: one validator for every source.
+
+`read_outline` takes the tables of `recording.toml`, or the same tables built
+from the rows of a session file, and refuses everything that cannot be meant.
+`tables_of` is its inverse.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import cast
+
+from georibbon.recording import (
+    Crossing,
+    Distance,
+    Mark,
+    Pass,
+    PassKind,
+    Pose,
+    Recording,
+    Workpiece,
+)
+from georibbon.ribbon import Readings, Ribbon, Sensor, SensorKind
+from georibbon.session.fields import MAX_NAME, MAX_TEXT, Source, Table, nearest, told
+
+MAX_FILES = 10_000
+MAX_SENSORS = 1_000
+MAX_SURVEY = 100_000
+MIN_PASSES = 2
+
+_TOP = ("title", "ribbon", "workpiece", "pose", "pass", "mark", "distance", "crossing")
+_RIBBON = ("id", "length", "rate", "sensor")
+_SENSOR = ("name", "kind", "axes", "position", "counts_per_unit")
+_WORKPIECE = ("level", "heading")
+_POSE = ("name", "roll", "heading", "pitch", "table", "file")
+_PASS = ("name", "kind", "file")
+_MARK = ("pass", "at", "position", "sigma")
+_DISTANCE = ("passes", "at", "distance", "sigma")
+_CROSSING = ("passes", "at", "sigma")
+_AXES = {"accelerometer": (3,), "magnetometer": (2, 3)}
+
+
+@dataclass(frozen=True)
+class PoseEntry:
+    """A pose without its frames; file: where they are, as its source names it."""
+
+    name: str
+    roll: float
+    heading: float
+    pitch: float
+    table: bool
+    file: str
+
+
+@dataclass(frozen=True)
+class PassEntry:
+    """A pass without its frames; file: where they are, as its source names it."""
+
+    name: str
+    kind: PassKind
+    file: str
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A recording without its frames."""
+
+    ribbon: Ribbon
+    poses: tuple[PoseEntry, ...]
+    passes: tuple[PassEntry, ...]
+    marks: tuple[Mark, ...]
+    distances: tuple[Distance, ...]
+    crossings: tuple[Crossing, ...]
+    workpiece: Workpiece | None
+    title: str | None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Where the frames are: of the poses in their order, then of the passes."""
+        return tuple(e.file for e in self.poses) + tuple(e.file for e in self.passes)
+
+    def filled(self, readings: Sequence[Readings]) -> Recording:
+        """The recording, with the frames in the order of `files`."""
+        ahead = len(self.poses)
+        poses = tuple(
+            Pose(e.name, e.roll, e.heading, e.pitch, e.table, r)
+            for e, r in zip(self.poses, readings[:ahead], strict=True)
+        )
+        passes = tuple(
+            Pass(e.name, e.kind, r) for e, r in zip(self.passes, readings[ahead:], strict=True)
+        )
+        return Recording(
+            self.ribbon,
+            poses,
+            passes,
+            self.marks,
+            self.distances,
+            self.crossings,
+            self.workpiece,
+            self.title,
+        )
+
+
+def read_outline(data: Mapping[str, object], source: Source) -> Outline:
+    """The outline in a recording's tables (without `format` and `version`).
+
+    Two poses may have one name (a pose repeated); passes may not.  Raises the
+    source's error, with table and field named, for whatever is missing, unknown,
+    of the wrong type or out of range.
+    """
+    top = Table(data, source, "", None, _TOP)
+    title = top.text("title", "a title", MAX_TEXT) if "title" in data else None
+    ribbon = _ribbon(top)
+    workpiece = _workpiece(top)
+    poses = tuple(_pose(t) for t in _tables(top, "pose", _POSE, MAX_FILES))
+    passes = _passes(top)
+    survey = _Survey(ribbon, tuple(entry.name for entry in passes))
+    marks = tuple(survey.mark(t) for t in _tables(top, "mark", _MARK, MAX_SURVEY))
+    distances = tuple(survey.distance(t) for t in _tables(top, "distance", _DISTANCE, MAX_SURVEY))
+    crossings = tuple(survey.crossing(t) for t in _tables(top, "crossing", _CROSSING, MAX_SURVEY))
+    outline = Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
+    _check_files(outline, source)
+    return outline
+
+
+def tables_of(recording: Recording, files: Sequence[str]) -> dict[str, object]:
+    """The tables that `read_outline` reads back, `files` for the poses and then the passes."""
+    ribbon = recording.ribbon
+    sensors = [{key: getattr(s, key) for key in _SENSOR} for s in ribbon.sensors]
+    tables: dict[str, object] = {} if recording.title is None else {"title": recording.title}
+    tables["ribbon"] = {
+        "id": ribbon.id,
+        "length": ribbon.length,
+        "rate": ribbon.rate,
+        "sensor": sensors,
+    }
+    piece = recording.workpiece
+    if piece is not None:
+        heading = {} if piece.heading is None else {"heading": piece.heading}
+        tables["workpiece"] = {"level": piece.level} | heading
+    ahead = len(recording.poses)
+    tables["pose"] = [
+        {key: getattr(pose, key) for key in _POSE[:-1]} | {"file": file}
+        for pose, file in zip(recording.poses, files[:ahead], strict=True)
+    ]
+    tables["pass"] = [
+        {"name": run.name, "kind": run.kind, "file": file}
+        for run, file in zip(recording.passes, files[ahead:], strict=True)
+    ]
+    return tables | _survey_tables(recording)
+
+
+def _survey_tables(recording: Recording) -> dict[str, object]:
+    return {
+        "mark": [
+            {"pass": m.pass_name, "at": m.at, "position": list(m.position), "sigma": m.sigma}
+            for m in recording.marks
+        ],
+        "distance": [
+            {"passes": list(d.passes), "at": list(d.at), "distance": d.distance, "sigma": d.sigma}
+            for d in recording.distances
+        ],
+        "crossing": [
+            {"passes": list(c.passes), "at": list(c.at), "sigma": c.sigma}
+            for c in recording.crossings
+        ],
+    }
+
+
+def _tables(parent: Table, key: str, known: tuple[str, ...], limit: int) -> list[Table]:
+    """The tables [[key]] of a table, none where the key is absent."""
+    name = f"{parent.name}.{key}" if parent.name else key
+    found = parent.data.get(key, [])
+    if not isinstance(found, list):
+        parent.refuse(key, f"{key} is {told(found)}; tables written [[{name}]] are expected")
+    if len(found) > limit:
+        parent.refuse(key, f"{len(found)} tables [[{name}]]; at most {limit} are read")
+    return [Table(data, parent.source, name, i, known) for i, data in enumerate(found)]
+
+
+def _ribbon(top: Table) -> Ribbon:
+    if "ribbon" not in top.data:
+        top.refuse(None, "the table [ribbon] is missing; it describes the ribbon and its sensors")
+    table = Table(top.data["ribbon"], top.source, "ribbon", None, _RIBBON)
+    name = table.text("id", "the ribbon's name")
+    length = table.positive("length", "a length in metres greater than 0")
+    rate = table.positive("rate", "a number of frames per second greater than 0")
+    tables = _tables(table, "sensor", _SENSOR, MAX_SENSORS)
+    sensors = tuple(_sensor(t, length) for t in tables)
+    for i, first in _repeated([s.name for s in sensors]):
+        message = f"the name is that of sensor number {first + 1} too; every sensor needs its own"
+        tables[i].refuse("name", message)
+    for kind in _AXES:
+        if not any(s.kind == kind for s in sensors):
+            message = f"there is no {kind} among its sensors; at least one is needed"
+            table.refuse(None, message)
+    return Ribbon(name, length, rate, sensors)
+
+
+def _sensor(table: Table, length: float) -> Sensor:
+    name = table.text("name", "the sensor's name")
+    if any(c in name for c in ",\"'") or name != name.strip():
+        table.refuse("name", "a sensor's name without commas, quotes and outer spaces is expected")
+    kind = cast(SensorKind, table.choice("kind", tuple(_AXES)))
+    axes = table.whole("axes", "2 or 3")
+    if axes not in _AXES[kind]:
+        expected = " or ".join(map(str, _AXES[kind]))
+        table.refuse("axes", f"axes is {told(axes)}; {expected} is expected for a {kind}")
+    position = _along(table, "position", table.number("position", "metres along it"), length)
+    counts = table.positive("counts_per_unit", "a number of counts greater than 0")
+    return Sensor(name, kind, axes, position, counts)
+
+
+def _along(table: Table, key: str, value: float, length: float) -> float:
+    if not 0.0 <= value <= length:
+        table.refuse(
+            key, f"{key} is {value!r} m; 0 to {length!r} m, the ribbon's ends, is expected"
+        )
+    return value
+
+
+def _workpiece(top: Table) -> Workpiece | None:
+    if "workpiece" not in top.data:
+        return None
+    table = Table(top.data["workpiece"], top.source, "workpiece", None, _WORKPIECE)
+    level = "level" not in table.data or table.flag("level", "true")
+    if not level:
+        table.refuse("level", "level is false; only a workpiece whose z axis is vertical is placed")
+    heading = table.number("heading", "degrees") if "heading" in table.data else None
+    return Workpiece(level, heading)
+
+
+def _pose(table: Table) -> PoseEntry:
+    return PoseEntry(
+        table.text("name", "the pose's name"),
+        table.number("roll", "degrees"),
+        table.number("heading", "degrees"),
+        table.number("pitch", "degrees"),
+        table.flag("table", "true or false"),
+        table.text("file", "the file of its frames", 5 * MAX_NAME),
+    )
+
+
+def _passes(top: Table) -> tuple[PassEntry, ...]:
+    tables = _tables(top, "pass", _PASS, MAX_FILES)
+    passes = tuple(_pass(t) for t in tables)
+    for i, first in _repeated([p.name for p in passes]):
+        message = f"the name is that of pass number {first + 1} too; every pass needs its own"
+        tables[i].refuse("name", message)
+    count = sum(entry.kind == "pass" for entry in passes)
+    if count < MIN_PASSES:
+        few = f'{count or "no"} pass{"" if count == 1 else "es"} of kind "pass"'
+        top.refuse(None, f"{few}; at least {MIN_PASSES} are needed to span a surface")
+    return passes
+
+
+def _pass(table: Table) -> PassEntry:
+    name = table.text("name", "the pass's name")
+    kind = cast(PassKind, table.choice("kind", ("pass", "tie")))
+    return PassEntry(name, kind, table.text("file", "the file of its frames", 5 * MAX_NAME))
+
+
+def _repeated(names: Sequence[str]) -> list[tuple[int, int]]:
+    """For each name that came before: its place and the first one's."""
+    return [(i, names.index(n)) for i, n in enumerate(names) if Counter(names[:i])[n]]
+
+
+@dataclass(frozen=True)
+class _Survey:
+    """The survey's tables, which name points of passes."""
+
+    ribbon: Ribbon
+    passes: tuple[str, ...]
+
+    def mark(self, table: Table) -> Mark:
+        name = table.text("pass", "the name of a pass")
+        self._present(table, "pass", name)
+        at = _along(table, "at", table.number("at", "metres along the ribbon"), self.ribbon.length)
+        x, y, z = table.numbers("position", 3, "[x, y, z] in metres")
+        return Mark(name, at, (x, y, z), _sigma(table))
+
+    def distance(self, table: Table) -> Distance:
+        passes, at = self._pair(table)
+        if passes[0] == passes[1] and at[0] == at[1]:
+            table.refuse("at", "a point and itself; a distance between two points is expected")
+        distance = table.positive("distance", "metres greater than 0")
+        return Distance(passes, at, distance, _sigma(table))
+
+    def crossing(self, table: Table) -> Crossing:
+        passes, at = self._pair(table)
+        if passes[0] == passes[1]:
+            table.refuse("passes", f"{told(passes[0])} with itself; two passes are expected")
+        return Crossing(passes, at, _sigma(table))
+
+    def _pair(self, table: Table) -> tuple[tuple[str, str], tuple[float, float]]:
+        first, second = table.names("passes", 2, "the names of two passes")
+        for name in (first, second):
+            self._present(table, "passes", name)
+        at = table.numbers("at", 2, "two numbers of metres along the ribbon")
+        a, b = (_along(table, "at", value, self.ribbon.length) for value in at)
+        return (first, second), (a, b)
+
+    def _present(self, table: Table, key: str, name: str) -> None:
+        if name not in self.passes:
+            hint = nearest(name, self.passes) or "; the passes are " + told(", ".join(self.passes))
+            table.refuse(key, f"there is no pass {told(name)}{hint}")
+
+
+def _sigma(table: Table) -> float:
+    return table.positive("sigma", "a standard deviation in metres greater than 0")
+
+
+def _check_files(outline: Outline, source: Source) -> None:
+    if len(outline.files) > MAX_FILES:
+        source.refuse(f"{len(outline.files)} poses and passes; at most {MAX_FILES} are read")
+    for before, after in pairwise(sorted(outline.files)):
+        if before == after:
+            source.refuse(f"the file {told(after)} is named twice; each pose and pass has its own")
