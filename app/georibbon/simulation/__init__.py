@@ -1,0 +1,1 @@
+"""Virtual captures: recordings of a virtual ribbon on known surfaces, with their truth."""

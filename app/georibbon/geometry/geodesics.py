@@ -1,0 +1,106 @@
+"""Geodesics of reference surfaces, by the initial value problem.
+
+With p'' along the normal alone, the parameters obey
+(u'', v'') = -G^-1 (p_u . A, p_v . A), A = p_uu u'² + 2 p_uv u'v' + p_vv v'²,
+G the first fundamental form (do Carmo, Differential Geometry of Curves and
+Surfaces, 4-4).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.geometry.reference import Jet, ReferenceSurface
+
+
+def tangent_rates(jet: Jet, directions: FloatArray) -> FloatArray:
+    """The (n, 2) rates of (u, v) that move along tangent vectors `directions` (n, 3)."""
+    a = np.stack([_dot(jet.pu, directions), _dot(jet.pv, directions)], axis=1)
+    return _solve_metric(jet, a)
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("ij,ij->i", a, b), dtype=np.float64)
+
+
+def _solve_metric(jet: Jet, a: FloatArray) -> FloatArray:
+    """G^-1 a for each of n points; a: (n, 2)."""
+    e, f, g = _dot(jet.pu, jet.pu), _dot(jet.pu, jet.pv), _dot(jet.pv, jet.pv)
+    det = e * g - f * f
+    x = (g * a[:, 0] - f * a[:, 1]) / det
+    y = (e * a[:, 1] - f * a[:, 0]) / det
+    return np.stack([x, y], axis=1)
+
+
+def directions_at(surface: ReferenceSurface, uv: FloatArray, angles: FloatArray) -> FloatArray:
+    """(n, 3) unit tangents at uv (n, 2), turned by `angles` (n,) from p_u about the normal."""
+    jet = surface.jet(uv)
+    e1 = jet.pu / np.linalg.norm(jet.pu, axis=1, keepdims=True)
+    e2 = np.cross(jet.normals, e1)
+    return np.asarray(np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * e2)
+
+
+def geodesics(
+    surface: ReferenceSurface, uv: FloatArray, directions: FloatArray, s: FloatArray
+) -> tuple[Strip, ...]:
+    """The geodesics through n points of a surface, each with its frames.
+
+    uv: (n, 2), the points; directions: (n, 3) tangent vectors there, of any
+    length (made unit and tangent).  s: (m,) ascending signed distances from the
+    points, metres, at which the curves are given; the strips' arc length starts
+    at 0, where s is least.  All are integrated together (DOP853, relative
+    tolerance 1e-11).
+    """
+    return trace(surface, uv, directions, s)[1]
+
+
+def trace(
+    surface: ReferenceSurface, uv: FloatArray, directions: FloatArray, s: FloatArray
+) -> tuple[FloatArray, tuple[Strip, ...]]:
+    """As `geodesics`, with the parameters (m, n, 2) of the curves' points besides."""
+    jet = surface.jet(uv)
+    rates = tangent_rates(jet, directions)
+    speed = np.linalg.norm(jet.pu * rates[:, :1] + jet.pv * rates[:, 1:], axis=1, keepdims=True)
+    start = np.concatenate([uv, rates / speed], axis=1)
+    after = _integrate(surface, start, s[s >= 0])
+    before = _integrate(surface, start * [1, 1, -1, -1], -s[s < 0][::-1]) * [1, 1, -1, -1]
+    states = np.concatenate([before[::-1], after])
+    strips = tuple(_strip(surface, states[:, k], s - s[0]) for k in range(len(uv)))
+    return states[:, :, :2], strips
+
+
+def geodesic(
+    surface: ReferenceSurface, uv: Sequence[float], direction: Sequence[float], s: FloatArray
+) -> Strip:
+    """One geodesic: see `geodesics`."""
+    return geodesics(surface, np.array([uv], float), np.array([direction], float), s)[0]
+
+
+def _integrate(surface: ReferenceSurface, start: FloatArray, s: FloatArray) -> FloatArray:
+    """(m, n, 4) states (u, v, u', v') at distances s (m,) >= 0, ascending."""
+    if len(s) == 0:
+        return np.empty((0, *start.shape))
+    if s[-1] == 0:
+        return np.repeat(start[None], len(s), axis=0)
+
+    def rate(_: float, flat: FloatArray) -> FloatArray:
+        state = flat.reshape(start.shape)
+        jet = surface.jet(state[:, :2])
+        du, dv = state[:, 2:3], state[:, 3:4]
+        bend = jet.puu * du**2 + 2 * jet.puv * du * dv + jet.pvv * dv**2
+        return np.concatenate([state[:, 2:], -tangent_rates(jet, bend)], axis=1).ravel()
+
+    found = solve_ivp(
+        rate, (0.0, float(s[-1])), start.ravel(), "DOP853", t_eval=s, rtol=1e-11, atol=1e-13
+    )
+    return np.asarray(found.y.T.reshape(len(s), *start.shape), dtype=np.float64)
+
+
+def _strip(surface: ReferenceSurface, states: FloatArray, s: FloatArray) -> Strip:
+    jet = surface.jet(states[:, :2])
+    tau = jet.pu * states[:, 2:3] + jet.pv * states[:, 3:4]
+    tau /= np.linalg.norm(tau, axis=1, keepdims=True)
+    normals = jet.normals
+    return Strip(s, jet.p, np.stack([tau, np.cross(normals, tau), normals], axis=2))

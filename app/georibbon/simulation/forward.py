@@ -1,0 +1,50 @@
+"""What a virtual ribbon says: from true sensor models and frames to counts.
+
+The one forward model of the simulator: an accelerometer reads
+gain @ R^T up + bias, a magnetometer gain @ (R^T b + disturbance) + bias, with
+white noise on every sample, rounded to whole counts and clipped to 16 bits.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from georibbon.calibration.model import SensorModel
+from georibbon.ribbon import FloatArray, Ribbon
+
+CLIP = 32767.0
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def field_direction(dip: float) -> FloatArray:
+    """(3,) the unit field in the world (x magnetic east, y magnetic north); dip in radians."""
+    return np.array([0.0, np.cos(dip), -np.sin(dip)])
+
+
+def expected_counts(
+    ribbon: Ribbon,
+    models: Sequence[SensorModel],
+    frames: FloatArray,
+    field: FloatArray,
+    disturbance: FloatArray | None = None,
+) -> FloatArray:
+    """(c,) the noiseless readings, counts, in the order of the ribbon's columns.
+
+    frames: (n, 3, 3), each sensor's frame, ribbon to world.  field: (3,) the
+    unit field in the world.  disturbance: (n, 3) what a magnet adds to the
+    field at each sensor, in the world, in units of the field; None: nothing.
+    """
+    extra = np.zeros((len(models), 3)) if disturbance is None else disturbance
+    parts = []
+    for sensor, model, frame, added in zip(ribbon.sensors, models, frames, extra, strict=True):
+        seen = UP if sensor.kind == "accelerometer" else field + added
+        parts.append(model.gain @ (frame.T @ seen) + model.bias)
+    return np.concatenate(parts)
+
+
+def sample_counts(
+    expected: FloatArray, noise: FloatArray, frames: int, rng: np.random.Generator
+) -> FloatArray:
+    """(frames, c) raw counts: `expected` (c,) with white noise of `noise` (c,) counts a sample."""
+    values = expected + noise * rng.standard_normal((frames, len(expected)))
+    return np.clip(np.rint(values), -CLIP, CLIP)

@@ -1,0 +1,118 @@
+"""Where passes and ties lie on a surface."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.geometry.geodesics import directions_at, geodesics, trace
+from georibbon.geometry.reference import ReferenceSurface, closest_point
+from georibbon.simulation.settings import LayoutSettings
+from georibbon.simulation.surfaces import SurfaceKind
+
+SAMPLES_PER_METRE = 400
+TIE_LEAD = 0.05
+"""How far before the first pass a tie begins, metres."""
+
+
+def lay_passes(
+    surface: ReferenceSurface, kind: SurfaceKind, layout: LayoutSettings, length: float
+) -> dict[str, Strip]:
+    """The passes and ties as strips in the workpiece frame, by name: P1, ..., T1, ...
+
+    The passes' middles lie on the geodesic that crosses the layout's start
+    square to its heading, `spacing` apart; each pass runs half its length both
+    ways from its middle, square to that geodesic but for the fan.
+    """
+    s = np.linspace(0.0, length, round(SAMPLES_PER_METRE * length) + 1)
+    uv, forward = _middles(surface, kind, layout)
+    strips = geodesics(surface, uv, forward, s - length / 2)
+    passes = {f"P{k + 1}": strip for k, strip in enumerate(strips)}
+    return passes | _lay_ties(surface, kind, layout, passes, s)
+
+
+def _middles(
+    surface: ReferenceSurface, kind: SurfaceKind, layout: LayoutSettings
+) -> tuple[FloatArray, FloatArray]:
+    """(n, 2) parameters of the passes' middles and (n, 3) the passes' directions there."""
+    start = np.array([kind.start if layout.start is None else layout.start])
+    heading = kind.heading if layout.heading is None else layout.heading
+    across = directions_at(surface, start, np.radians([heading + 90.0]))
+    offsets = np.asarray(_steps(layout) * _spacing(kind, layout), dtype=np.float64)
+    uv, cross = trace(surface, start, across, offsets)
+    strip = cross[0]
+    fan = np.radians(_fan(layout))[:, None]
+    return uv[:, 0], -strip.conormals * np.cos(fan) + strip.tangents * np.sin(fan)
+
+
+def _steps(layout: LayoutSettings) -> FloatArray:
+    """(n,) the passes' places, counted from the middle."""
+    return np.asarray(np.arange(layout.passes) - (layout.passes - 1) / 2, dtype=np.float64)
+
+
+def _spacing(kind: SurfaceKind, layout: LayoutSettings) -> float:
+    return kind.spacing if layout.spacing is None else layout.spacing
+
+
+def _fan(layout: LayoutSettings) -> FloatArray:
+    """(n,) degrees that each pass is turned off square."""
+    if layout.fan_kind == "spread":
+        return np.asarray(layout.fan * _steps(layout))
+    return np.asarray(layout.fan * (np.arange(layout.passes) % 2 - 0.5))
+
+
+def _lay_ties(
+    surface: ReferenceSurface,
+    kind: SurfaceKind,
+    layout: LayoutSettings,
+    passes: Mapping[str, Strip],
+    s: FloatArray,
+) -> dict[str, Strip]:
+    """Geodesics square to the middle pass, beginning `TIE_LEAD` before the first pass."""
+    if layout.ties == 0:
+        return {}
+    places = layout.tie_places or tuple(np.linspace(0.1, 0.9, layout.ties + 2)[1:-1])
+    middle = passes[f"P{(layout.passes + 1) // 2}"]
+    index = np.rint(np.array(places) * (len(s) - 1)).astype(np.int64)
+    uv = closest_point(surface, middle.points[index]).uv
+    lead = TIE_LEAD + (layout.passes - 1) // 2 * _spacing(kind, layout)
+    strips = geodesics(surface, uv, middle.conormals[index], s - lead)
+    return {f"T{k + 1}": strip for k, strip in enumerate(strips)}
+
+
+class Curve:
+    """A strip's points and frames at any arc length, by cubic Hermite interpolation."""
+
+    def __init__(self, strip: Strip) -> None:
+        """Of the strip as given."""
+        self.strip = strip
+        self._points = CubicHermiteSpline(strip.s, strip.points, strip.tangents)
+
+    def points(self, s: FloatArray) -> FloatArray:
+        """(n, 3) points at s (n,)."""
+        return np.asarray(self._points(s), dtype=np.float64)
+
+    def tangents(self, s: FloatArray) -> FloatArray:
+        """(n, 3) derivatives by arc length at s (n,)."""
+        return np.asarray(self._points(s, 1), dtype=np.float64)
+
+
+def crossing(a: Strip, b: Strip) -> tuple[float, float] | None:
+    """The distances along two strips of one surface at which they meet, or None.
+
+    From the nearest pair of samples, by Gauss-Newton on the difference.
+    """
+    gaps = np.linalg.norm(a.points[:, None, ::1] - b.points[None, :, ::1], axis=2)
+    i, j = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+    first, second = Curve(a), Curve(b)
+    at = np.array([a.s[i], b.s[j]])
+    for _ in range(8):
+        gap = first.points(at[:1])[0] - second.points(at[1:])[0]
+        slopes = np.stack([first.tangents(at[:1])[0], -second.tangents(at[1:])[0]], axis=1)
+        at = at - np.linalg.lstsq(slopes, gap)[0]
+    inside = 0 <= at[0] <= a.s[-1] and 0 <= at[1] <= b.s[-1]
+    gap = first.points(at[:1])[0] - second.points(at[1:])[0]
+    if not inside or np.linalg.norm(gap) > 1e-6:
+        return None
+    return float(at[0]), float(at[1])

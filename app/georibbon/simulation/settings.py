@@ -1,0 +1,135 @@
+"""Every property of a virtual capture."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+SurveyKind = Literal["starts", "ends", "distances"]
+SURVEY_KINDS: tuple[SurveyKind, ...] = ("starts", "ends", "distances")
+
+
+@dataclass(frozen=True)
+class RibbonSettings:
+    """The virtual ribbon and what is wrong with it; magnitudes are standard deviations.
+
+    sensors: in all, accelerometers and magnetometers alternating, the first an
+    accelerometer.  length: metres.  rate: frames a second.  acceleration_noise:
+    g a sample; field_noise: of the local field a sample.  bias: g; scale,
+    cross_axis: of the gain; mounting: degrees an axis; hard_iron, soft_iron:
+    of the local field.
+    """
+
+    id: str = "GR-0001"
+    sensors: int = 32
+    length: float = 0.96
+    magnetometer_axes: int = 2
+    rate: float = 100.0
+    acceleration_noise: float = 0.001
+    field_noise: float = 0.005
+    bias: float = 0.03
+    scale: float = 0.02
+    cross_axis: float = 0.01
+    mounting: float = 2.0
+    hard_iron: float = 0.3
+    soft_iron: float = 0.1
+
+
+@dataclass(frozen=True)
+class PoseSettings:
+    """The calibration on the bar.
+
+    plan: the number of poses of a known plan, 0 for none; or `poses`, a list
+    of (roll, heading, pitch, on the table) in degrees, in its place.
+    heading_care, pitch_care: degrees, standard deviations of what was done
+    from what was asked.  bend: degrees an axis at each sensor, the same in all
+    poses.  table_tilt: degrees an axis.
+    """
+
+    plan: int = 16
+    poses: tuple[tuple[float, float, float, bool], ...] = ()
+    heading_care: float = 10.0
+    pitch_care: float = 3.0
+    bend: float = 0.2
+    table_tilt: float = 0.5
+
+
+@dataclass(frozen=True)
+class LayoutSettings:
+    """How the passes lie; None: the surface's own default.
+
+    start: (u, v) of the middle of the passes; heading: degrees of the passes
+    from the surface's u direction about its normal; spacing: metres between
+    neighbouring passes in their middles.  fan: degrees between neighbouring
+    passes, by turns one way and the other, or ("spread") ever further.
+    tie_places: where the ties cross the middle pass, as fractions of the
+    ribbon; empty: spread evenly.  contact: degrees an axis, at each sensor of
+    each pass.
+    """
+
+    passes: int = 5
+    start: tuple[float, float] | None = None
+    heading: float | None = None
+    spacing: float | None = None
+    fan: float = 0.0
+    fan_kind: Literal["alternate", "spread"] = "alternate"
+    ties: int = 0
+    tie_places: tuple[float, ...] = ()
+    contact: float = 0.25
+
+
+@dataclass(frozen=True)
+class SurveySettings:
+    """What is measured besides the passes; sigmas in metres.
+
+    kinds: any of "starts" and "ends" (their positions are marked) and
+    "distances" (between neighbouring starts and ends).  Crossings are recorded
+    wherever a tie meets a pass.
+    """
+
+    kinds: tuple[SurveyKind, ...] = ("starts", "ends")
+    mark_sigma: float = 0.0005
+    distance_sigma: float = 0.0005
+    crossing_sigma: float = 0.001
+
+
+@dataclass(frozen=True)
+class FaultSettings:
+    """What has gone wrong.
+
+    dead: names of sensors that say nothing but 0.  magnet: the strongest
+    disturbance, of the local field, `magnet_place` metres along the pass
+    `magnet_on`; it falls off over `magnet_reach` metres.  lost: the share of
+    values that are lost.
+    """
+
+    dead: tuple[str, ...] = ()
+    magnet: float = 0.0
+    magnet_on: str = "P2"
+    magnet_place: float | None = None
+    magnet_reach: float = 0.12
+    lost: float = 0.0
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """A virtual capture: surface, place, ribbon, poses, passes, survey, faults, seed.
+
+    parameters: of the surface, by name, where they differ from its defaults.
+    dip: degrees, the field below the horizontal.  yaw: degrees, world =
+    Rz(yaw) workpiece; None: drawn from the seed.  tell_heading: the recording
+    says it.  frames: in each file.
+    """
+
+    surface: str = "bonnet"
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 1
+    ribbon: RibbonSettings = RibbonSettings()
+    poses: PoseSettings = PoseSettings()
+    layout: LayoutSettings = LayoutSettings()
+    survey: SurveySettings = SurveySettings()
+    faults: FaultSettings = FaultSettings()
+    dip: float = 64.0
+    yaw: float | None = None
+    tell_heading: bool = False
+    frames: int = 100
+    title: str | None = None
