@@ -1,0 +1,57 @@
+# Georibbon.  On a machine with python3 (3.11 or newer) and make, every target prepares what it
+# needs by itself: a virtual environment in .venv with the locked requirements, and the system's
+# libraries where it may install them.
+
+PYTHON ?= python3
+BIN := .venv/bin
+RUN := .venv/.ready-to-run
+TEST := .venv/.ready-to-test
+SOURCES := packaging/prepare.sh packaging/missing_libraries.py pyproject.toml
+
+.PHONY: help demo test benchmarks lock clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo"
+	@echo "make test        style, types, import rules and all tests with their coverage"
+	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
+	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
+	@echo "make clean       remove build/ and caches (.venv stays)"
+
+$(RUN): $(SOURCES) packaging/requirements.lock packaging/requirements-build.lock
+	@PYTHON="$(PYTHON)" sh packaging/prepare.sh run
+	@touch $@
+
+$(TEST): $(RUN) packaging/requirements-dev.lock
+	@PYTHON="$(PYTHON)" sh packaging/prepare.sh test
+	@touch $@
+
+demo: $(RUN)
+	@echo "== The demonstration: a virtual capture of a car bonnet, reconstructed (a minute at most)"
+	@$(BIN)/georibbon demo --output build/demo
+
+test: $(TEST)
+	@echo "== Style (ruff)"
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@echo "== Types (mypy, strict)"
+	@$(BIN)/mypy
+	@echo "== Which module may import which (import-linter)"
+	@$(BIN)/lint-imports
+	@echo "== Tests (pytest, two at a time; coverage by line in build/coverage)"
+	@mkdir -p build
+	@COVERAGE_FILE=build/.coverage $(BIN)/python -m pytest -n 2 --cov --cov-report=
+	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
+
+benchmarks: $(TEST)
+	@mkdir -p build/benchmarks
+	@for script in benchmarks/*.py; do \
+		echo "== $$script"; \
+		$(BIN)/python "$$script" || exit 1; \
+	done
+
+lock: $(TEST)
+	@sh packaging/lock.sh $(ARGS)
+
+clean:
+	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

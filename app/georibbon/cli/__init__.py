@@ -1,0 +1,101 @@
+"""The command line: ``georibbon COMMAND …``.
+
+Nothing heavy is imported here: a command's module is loaded when that command
+is asked for, and numpy and all else when it runs.
+
+Exit codes: 0 done; 2 the input is at fault, told in one sentence on standard
+error; 1 a fault of the program; 130 interrupted.
+"""
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module
+
+from georibbon import __version__
+from georibbon.cli.arguments import Parser
+from georibbon.errors import GeoribbonError
+
+# The commands in the order in which they are met: module, and what it does in one line.
+COMMANDS = {
+    "demo": ("demonstration", "capture a virtual car bonnet, reconstruct it, print the error"),
+    "simulate": ("simulation", "make a recording of a virtual ribbon, with its truth"),
+    "info": ("sessions", "tell what a recording or session holds"),
+    "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
+    "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
+    "import": ("sessions", "put a recording folder into a session file"),
+    "export": ("sessions", "write a session's raw data as a recording folder"),
+    "licences": ("licence_list", "list the licences of all that is shipped"),
+}
+
+DESCRIPTION = """\
+Georibbon turns what a ribbon of accelerometers and magnetometers measures, laid on
+a real surface in near-parallel passes, into that surface, with its uncertainty."""
+
+EPILOG = """\
+examples:
+  georibbon demo                                   see what it does, in build/demo
+  georibbon info RECORDING                         what does this recording hold?
+  georibbon reconstruct RECORDING --surface part.stl --report part.html
+
+RECORDING is a folder with a recording.toml; a session is one .georibbon file.
+georibbon COMMAND --help explains a command, with examples."""
+
+FAULT, INPUT_AT_FAULT, INTERRUPTED, PIPE_CLOSED = 1, 2, 130, 141
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in words
+    try:
+        arguments = build_parser(words).parse_args(words)
+        arguments.run(arguments)
+        sys.stdout.flush()
+    except SystemExit as end:  # argparse: help, version, or words it could not read
+        return int(end.code or 0)
+    except BrokenPipeError:
+        # Whoever read our output has enough; keep Python from complaining at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CLOSED
+    except KeyboardInterrupt:
+        print("georibbon: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except Exception as error:
+        return _tell(error, debug)
+    return 0
+
+
+def build_parser(words: Sequence[str]) -> Parser:
+    """The parser; only the command that `words` name is loaded and described in full."""
+    parser = Parser(prog="georibbon", description=DESCRIPTION, epilog=EPILOG)
+    parser.add_argument("--version", action="version", version=f"georibbon {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
+    asked = next((word for word in words if not word.startswith("-")), None)
+    for name, (module, summary) in COMMANDS.items():
+        command = commands.add_parser(name, help=summary)
+        if name == asked:
+            import_module(f"georibbon.cli.{module}").configure(name, command)
+            command.add_argument(
+                "--debug", action="store_true", help="on an error, print where it arose"
+            )
+    return parser
+
+
+def _tell(error: Exception, debug: bool) -> int:
+    """Say what went wrong on standard error; returns the exit code."""
+    if debug:
+        traceback.print_exception(error)
+    if isinstance(error, GeoribbonError):
+        print(f"georibbon: error: {error}", file=sys.stderr)
+        return INPUT_AT_FAULT
+    if isinstance(error, OSError) and error.filename is not None:
+        print(f"georibbon: error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return INPUT_AT_FAULT
+    print(
+        f"georibbon: a fault of the program, not of your input: {type(error).__name__}: {error}; "
+        "please report it with what the same command prints with --debug",
+        file=sys.stderr,
+    )
+    return FAULT

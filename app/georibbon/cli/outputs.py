@@ -1,0 +1,93 @@
+"""Output files that appear all together when all are ready, or not at all."""
+
+import shutil
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from georibbon.errors import ExportError, GeoribbonError
+
+
+def check_endings(paths: Iterable[Path], endings: Sequence[str], what: str) -> None:
+    """Refuse, before any work, a path whose ending names no format of `what`."""
+    for path in paths:
+        if path.suffix.lower() not in endings:
+            raise ExportError(
+                f"{path}: a file for {what} ends in {' or '.join(endings)}; give it such an ending"
+            )
+
+
+class Outputs:
+    """Places to write to, each beside the file that is meant.
+
+    Entering claims every target: its folder must be there and let us write, and
+    it must not be one of the inputs.  Leaving without an error renames all
+    files to their targets; leaving with one removes them.
+    """
+
+    def __init__(self, targets: Iterable[Path], inputs: Iterable[Path | None] = ()) -> None:
+        self.targets = tuple(targets)
+        self._inputs = {path.resolve() for path in inputs if path is not None}
+        self._places: dict[Path, Path] = {}
+
+    def __enter__(self) -> "Outputs":
+        try:
+            for target in self.targets:
+                self._claim(target)
+        except BaseException:
+            self._clear()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            if error is None:
+                for target, place in self._places.items():
+                    place.replace(target)
+            elif isinstance(error, GeoribbonError):
+                error.args = (self._in_targets(str(error)),)
+        finally:
+            self._clear()
+
+    def place(self, target: Path) -> Path:
+        """Where to write what is to become `target`: a file of the same name."""
+        return self._places[target]
+
+    def _claim(self, target: Path) -> None:
+        self._refuse(target)
+        try:
+            folder = tempfile.mkdtemp(prefix=".georibbon-", dir=target.parent)
+        except OSError as error:
+            raise ExportError(
+                f"{target}: the folder {target.parent} cannot be written to ({error.strerror}); "
+                "choose a place where you may write"
+            ) from error
+        self._places[target] = Path(folder) / target.name
+
+    def _refuse(self, target: Path) -> None:
+        if not target.parent.is_dir():
+            raise ExportError(
+                f"{target}: there is no folder {target.parent}; make it or choose another place"
+            )
+        if target.is_dir():
+            raise ExportError(f"{target}: this is a folder, a file name was expected")
+        if target.resolve() in self._inputs:
+            raise ExportError(f"{target}: this is an input; write to another file")
+        if target.resolve() in {other.resolve() for other in self._places}:
+            raise ExportError(f"{target}: named for two outputs; give each its own file")
+
+    def _in_targets(self, message: str) -> str:
+        """The message with the files named as the person named them."""
+        for target, place in self._places.items():
+            message = message.replace(str(place), str(target))
+        return message
+
+    def _clear(self) -> None:
+        for place in self._places.values():
+            shutil.rmtree(place.parent, ignore_errors=True)

@@ -1,0 +1,89 @@
+"""The licences of what an installer of Georibbon would ship.
+
+Read from the installed packages' own metadata: Georibbon's requirements, what
+those require, and so on; never the tools that only build or test it.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
+
+PROGRAM = "georibbon"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+_LICENCE_FILE = re.compile(r"(^|[-_./ ])(licen[cs]es?|copying|notice|copyright)", re.IGNORECASE)
+_LONGEST_NAME = 60
+
+
+@dataclass(frozen=True)
+class Licence:
+    """One package's name, version and licence, with the texts that come with it."""
+
+    name: str
+    version: str
+    licence: str
+    texts: tuple[str, ...]
+
+
+def licences() -> tuple[Licence, ...]:
+    """Georibbon's own licence first, then those of all it needs to run, by name."""
+    own, *others = _closure(PROGRAM)
+    return tuple(_licence(d) for d in (own, *sorted(others, key=lambda d: _normal(d.name))))
+
+
+def _closure(name: str) -> list[Distribution]:
+    """The distribution and all it requires when it runs, each once."""
+    found: dict[str, Distribution] = {}
+    waiting = [name]
+    while waiting:
+        key = _normal(waiting.pop(0))
+        if key in found:
+            continue
+        try:
+            found[key] = distribution(key)
+        except PackageNotFoundError:
+            # A requirement for another system or another Python: not shipped here.
+            continue
+        waiting.extend(_requirements(found[key].requires or ()))
+    return list(found.values())
+
+
+def _requirements(lines: Iterable[str]) -> list[str]:
+    """The names of the requirements that belong to no extra."""
+    matches = (_NAME.match(line) for line in lines if not re.search(r";.*\bextra\s*==", line))
+    return [match.group() for match in matches if match]
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _licence(package: Distribution) -> Licence:
+    return Licence(package.name, package.version, _named(package), _texts(package))
+
+
+def _named(package: Distribution) -> str:
+    """What the metadata calls the licence: an expression, a short name or a classifier."""
+    metadata = package.metadata
+    expression = metadata.get("License-Expression")
+    if expression:
+        return expression
+    classifiers = [
+        line.rpartition("::")[2].strip()
+        for line in metadata.get_all("Classifier") or ()
+        if line.startswith("License ::") and line.count("::") > 1
+    ]
+    if classifiers:
+        return ", ".join(classifiers)
+    first = (metadata.get("License") or "").strip().partition("\n")[0]
+    return first[:_LONGEST_NAME] or "see its licence text"
+
+
+def _texts(package: Distribution) -> tuple[str, ...]:
+    """The licence files in the package's metadata folder, in the order of their names."""
+    files = sorted(
+        file
+        for file in package.files or ()
+        if ".dist-info" in file.parts[0] and _LICENCE_FILE.search("/".join(file.parts[1:]))
+    )
+    return tuple(file.read_text(encoding="utf-8") for file in files)
