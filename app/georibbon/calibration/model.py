@@ -7,10 +7,16 @@ magnetometer is 2 by 3 and has no inverse, so calibration is never undone: the
 fit predicts counts (CALIBRATION, MATH 2).
 """
 
+import math
 from dataclasses import dataclass, field
 
 from georibbon.notices import Notice
 from georibbon.ribbon import FloatArray
+
+# What the bar's bend leaves in each sensor's orientation, radians about each axis.
+# It is the same in every pose, so that no residual shows it: an assumption, for a
+# bar straight to 0.2 degrees at every sensor.
+MOUNTING_SIGMA = math.radians(0.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +65,10 @@ class Calibration:
 
     dip: radians, the field's inclination below the horizontal where the ribbon
     was calibrated.  quality: None for a calibration that came without it.
+
+    What remains uncertain, standard deviations in radians: mounting_sigma, each
+    sensor's own orientation about each axis (the bar's bend, MOUNTING_SIGMA);
+    gauge_sigma, the rotation common to all sensors, about each axis; dip_sigma.
     """
 
     ribbon_id: str
@@ -66,3 +76,6 @@ class Calibration:
     sensors: tuple[SensorModel, ...]
     quality: CalibrationQuality | None = None
     notices: tuple[Notice, ...] = field(default=())
+    mounting_sigma: float = MOUNTING_SIGMA
+    gauge_sigma: float = 0.0
+    dip_sigma: float = 0.0

@@ -1,0 +1,93 @@
+"""The gauge: from the solution's frame to the ribbon's, by the bar's faces on a table.
+
+Readings cannot tell a rotation common to all sensors.  The faces of the bar
+can: with a face on the table, "up" in the ribbon's frame is Rx(-roll) Rz(-psi)
+(t1, t2, 1), t the table's own tilt, which turning the bar end for end tells
+from the rotation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from georibbon.calibration.magnetometers import levelled
+from georibbon.calibration.poses import BoolArray, rotation_x, rotation_z
+from georibbon.ribbon import FloatArray
+
+# Standard deviations, radians: how squarely a face lies on the table, and how
+# level a table is before anything is measured.
+FACE = np.radians(0.1)
+TABLE = np.radians(2.0)
+STEPS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Gauge:
+    """rotation: (3, 3) ribbon to solution frame; tilt: (2,) of the table, radians.
+
+    sigma: radians, of the common rotation, rms over its three components;
+    residuals: (p,) radians, how far each table pose is off its face (NaN: not on the table).
+    """
+
+    rotation: FloatArray
+    tilt: FloatArray
+    sigma: float
+    residuals: FloatArray
+
+
+def skew(v: FloatArray) -> FloatArray:
+    """(n, 3, 3) the matrices [v] with [v] w = v x w."""
+    out = np.zeros((len(v), 3, 3))
+    out[:, [2, 0, 1], [1, 2, 0]] = v
+    out[:, [1, 2, 0], [2, 0, 1]] = -v
+    return out
+
+
+def exponential(w: FloatArray) -> FloatArray:
+    """(3, 3) the rotation by the vector w, radians (Rodrigues)."""
+    angle = float(np.linalg.norm(w))
+    k = skew(w[None])[0]
+    if angle < 1e-12:
+        return np.asarray(np.eye(3) + k)
+    first, second = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
+    return np.asarray(np.eye(3) + first * k + second * k @ k)
+
+
+def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
+    """The gauge from the poses' frames (p, 3, 3), solution frame to world.
+
+    roll: (p,) radians, which face is up; table: (p,) bool.  Each table pose
+    has frames @ Q = T Rz(psi) Rx(roll): its "up" gives two equations, and its
+    heading psi comes along.
+    """
+    places = np.flatnonzero(table)
+    faces = rotation_x(roll[places])
+    up = frames[places][:, 2, :]
+    rotation, tilt = np.eye(3), np.zeros(2)
+    jacobian = np.zeros((len(places), 3, 5))
+    residual = np.zeros((len(places), 3))
+    for _ in range(STEPS):
+        normal = np.append(tilt, np.sqrt(1.0 - tilt @ tilt))
+        level = levelled(np.eye(3)[None], normal[None])[0]
+        forward = (frames[places] @ rotation @ faces.mT)[:, :, 0] @ level
+        turns = faces.mT @ rotation_z(-np.arctan2(forward[:, 1], forward[:, 0]))
+        seen = up @ rotation
+        residual = seen - turns @ normal
+        jacobian[:, :, :3] = skew(seen)
+        jacobian[:, :, 3:] = -turns[:, :, :2]
+        step = -np.linalg.lstsq(jacobian.reshape(-1, 5), residual.ravel(), rcond=1e-4)[0]
+        rotation, tilt = rotation @ exponential(step[:3]), tilt + step[3:]
+        if np.abs(step).max() < 1e-13:
+            break
+    off = np.full(len(table), np.nan)
+    off[places] = np.linalg.norm(residual, axis=1)
+    return Gauge(rotation, tilt, gauge_sigma(jacobian), off)
+
+
+def gauge_sigma(jacobian: FloatArray) -> float:
+    """Radians, rms over three components, from the (n, 3, 5) derivatives of the table's "up"."""
+    flat = jacobian.reshape(-1, 5)
+    information = flat.T @ flat / FACE**2 + np.diag([0.0, 0.0, 0.0, 1.0, 1.0]) / TABLE**2
+    information += np.eye(5)  # a radian: nothing is known of what no face has told
+    covariance = np.linalg.inv(information)
+    return float(np.sqrt(np.trace(covariance[:3, :3]) / 3.0))

@@ -1,0 +1,154 @@
+"""Poses as arrays: what the sensors read in each, in units, and what was asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from georibbon.errors import CalibrationError
+from georibbon.recording import Pose
+from georibbon.ribbon import FloatArray, Ribbon, SensorKind
+from georibbon.stillness import StillMeans, still_means
+
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def rotation_x(angle: FloatArray) -> FloatArray:
+    """(n, 3, 3) rotations about x by (n,) angles, radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.stack([one, zero, zero, zero, c, -s, zero, s, c], axis=-1).reshape(-1, 3, 3)
+
+
+def rotation_y(angle: FloatArray) -> FloatArray:
+    """(n, 3, 3) rotations about y by (n,) angles, radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.stack([c, zero, s, zero, one, zero, -s, zero, c], axis=-1).reshape(-1, 3, 3)
+
+
+def rotation_z(angle: FloatArray) -> FloatArray:
+    """(n, 3, 3) rotations about z by (n,) angles, radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(-1, 3, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Attitudes:
+    """The attitudes asked for, radians: R = Rz(heading) Ry(-pitch) Rx(roll), (p,) each.
+
+    table: (p,) bool, the bar lay with a face on the one table.
+    """
+
+    names: tuple[str, ...]
+    roll: FloatArray
+    heading: FloatArray
+    pitch: FloatArray
+    table: BoolArray
+
+    @property
+    def level(self) -> FloatArray:
+        """(p, 3, 3) Ry(-pitch) Rx(roll): the attitudes before they are turned to a heading."""
+        return rotation_y(-self.pitch) @ rotation_x(self.roll)
+
+    @property
+    def up(self) -> FloatArray:
+        """(p, 3) "up" in the bar's frame, as the labels have it."""
+        return np.asarray(self.level.mT @ UP)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """What the sensors of one kind read in the poses.
+
+    indices: their places among the ribbon's sensors, (n,).  values: (n, p, 3)
+    float64 pose means in units (g, or local fields); 0 on an axis that the
+    sensor has not.  valid: (n, p) bool, the cell has all its values.  sigma:
+    (n, p) float64, the mean's standard deviation in units, rms over the axes.
+    nominal: (n, 3, 3), identity rows for the axes it has.
+    """
+
+    indices: tuple[int, ...]
+    names: tuple[str, ...]
+    axes: IntArray
+    units: FloatArray
+    values: FloatArray
+    valid: BoolArray
+    sigma: FloatArray
+    nominal: FloatArray
+
+    def only(self, keep: BoolArray) -> "Block":
+        """The block of the sensors for which `keep`, (n,) bool, is true."""
+        places = np.flatnonzero(keep)
+        return Block(
+            tuple(self.indices[i] for i in places),
+            tuple(self.names[i] for i in places),
+            self.axes[keep],
+            self.units[keep],
+            self.values[keep],
+            self.valid[keep],
+            self.sigma[keep],
+            self.nominal[keep],
+        )
+
+
+def attitudes(poses: Sequence[Pose]) -> Attitudes:
+    """The attitudes asked for; raises CalibrationError for an angle that is no number."""
+    angles = np.radians([[pose.roll, pose.heading, pose.pitch] for pose in poses])
+    bad = ~np.isfinite(angles).all(axis=1)
+    if bad.any():
+        name = poses[int(np.argmax(bad))].name
+        raise CalibrationError(
+            f"pose {name!r} has a roll, heading or pitch that is no finite number of degrees; "
+            "correct it in the recording"
+        )
+    return Attitudes(
+        tuple(pose.name for pose in poses),
+        angles[:, 0],
+        angles[:, 1],
+        angles[:, 2],
+        np.array([pose.table for pose in poses], dtype=bool),
+    )
+
+
+def pose_means(ribbon: Ribbon, poses: Sequence[Pose]) -> list[StillMeans]:
+    """Each pose's means; raises CalibrationError where the columns are not the ribbon's."""
+    for pose in poses:
+        columns = pose.readings.counts.shape[-1]
+        if columns != len(ribbon.columns):
+            raise CalibrationError(
+                f"pose {pose.name!r} has {columns} columns and ribbon {ribbon.id} has "
+                f"{len(ribbon.columns)}; record the pose with this ribbon"
+            )
+    return [still_means(pose.readings) for pose in poses]
+
+
+def block(ribbon: Ribbon, means: Sequence[StillMeans], kind: SensorKind) -> Block:
+    """The readings of the sensors of one kind, in units."""
+    indices = ribbon.indices(kind)
+    sensors = [ribbon.sensors[i] for i in indices]
+    counts = np.array([mean.mean for mean in means])
+    sigmas = np.array([mean.sigma for mean in means])
+    values = np.zeros((len(indices), len(means), 3))
+    variance = np.zeros_like(values)
+    for n, i in enumerate(indices):
+        values[n, :, : sensors[n].axes] = counts[:, ribbon.slices[i]]
+        variance[n, :, : sensors[n].axes] = sigmas[:, ribbon.slices[i]] ** 2
+    units = np.array([sensor.counts_per_unit for sensor in sensors])
+    axes = np.array([sensor.axes for sensor in sensors], dtype=np.int64)
+    valid: BoolArray = np.asarray(np.isfinite(values).all(axis=2))
+    sigma = np.sqrt(variance.sum(axis=2) / axes[:, None]) / units[:, None]
+    return Block(
+        indices,
+        tuple(sensor.name for sensor in sensors),
+        axes,
+        units,
+        values / units[:, None, None],
+        valid,
+        sigma,
+        np.eye(3)[None] * (np.arange(3) < axes[:, None])[:, :, None],
+    )
