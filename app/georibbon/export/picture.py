@@ -1,0 +1,47 @@
+"""A result's picture as PNG."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from georibbon.export.files import require_ending, write_whole
+from georibbon.reconstruction import Reconstruction
+
+
+def write_picture(
+    reconstruction: Reconstruction, path: Path, size: tuple[int, int] = (1600, 1200)
+) -> None:
+    """Write the 3D scene of a result to a .png file of (width, height) pixels.
+
+    Needs no display.  Raises ExportError for another ending or a place that
+    cannot be written.
+    """
+    require_ending(path, (".png",), "a picture")
+    write_whole(path, picture(reconstruction, size))
+
+
+def picture(reconstruction: Reconstruction, size: tuple[int, int]) -> bytes:
+    """The 3D scene of a result as the bytes of a PNG file."""
+    from georibbon.scene.offscreen import render  # VTK: loaded when a picture is wanted
+
+    return png(render(reconstruction, size))
+
+
+def png(pixels: NDArray[np.uint8]) -> bytes:
+    """(height, width, 3) uint8, upper row first, as the bytes of a PNG file."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    height, width, _ = pixels.shape
+    image = vtkImageData()
+    image.SetDimensions(width, height, 1)
+    flat = np.ascontiguousarray(pixels[::-1]).reshape(-1, 3)
+    image.GetPointData().SetScalars(numpy_to_vtk(flat, deep=True))
+    writer = vtkPNGWriter()
+    writer.SetInputData(image)
+    writer.WriteToMemoryOn()
+    writer.Write()
+    return vtk_to_numpy(writer.GetResult()).tobytes()

@@ -1,0 +1,197 @@
+"""What stands in the scene: the surface, the passes, the survey's points, the floor."""
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkTubeFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkBillboardTextActor3D,
+    vtkGlyph3DMapper,
+    vtkPolyDataMapper,
+)
+
+from georibbon.geometry.mesh import IntArray, Mesh
+from georibbon.ribbon import FloatArray
+from georibbon.scene.colours import INK, PLAIN_SURFACE, Colour, quantity_table
+
+_LONGEST_LABEL = 24
+
+
+def look_up_table(low: float, high: float) -> vtkLookupTable:
+    """The colours of a quantity between `low` and `high`."""
+    colours = quantity_table()
+    table = vtkLookupTable()
+    table.SetNumberOfTableValues(len(colours))
+    for index, (red, green, blue) in enumerate((colours / 255.0).tolist()):
+        table.SetTableValue(index, red, green, blue, 1.0)
+    table.SetRange(low, high)
+    return table
+
+
+def polydata(points: FloatArray) -> vtkPolyData:
+    """A data set of (n, 3) points, single precision, with no cells yet."""
+    holder = vtkPoints()
+    holder.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=True))
+    data = vtkPolyData()
+    data.SetPoints(holder)
+    return data
+
+
+def cells(lists: list[IntArray]) -> vtkCellArray:
+    """Cells from lists of point numbers, of any lengths."""
+    offsets = np.concatenate(([0], np.cumsum([len(one) for one in lists]))).astype(np.int64)
+    array = vtkCellArray()
+    array.SetData(
+        numpy_to_vtkIdTypeArray(offsets, deep=True),
+        numpy_to_vtkIdTypeArray(np.concatenate(lists).astype(np.int64), deep=True),
+    )
+    return array
+
+
+def surface_data(mesh: Mesh) -> vtkPolyData:
+    """The mesh with its normals and, where it has them, its sigmas in millimetres."""
+    data = polydata(mesh.vertices)
+    triangles = vtkCellArray()
+    triangles.SetData(
+        3, numpy_to_vtkIdTypeArray(mesh.triangles.astype(np.int64).ravel(), deep=True)
+    )
+    data.SetPolys(triangles)
+    normals = np.ascontiguousarray(mesh.normals, dtype=np.float32)
+    data.GetPointData().SetNormals(numpy_to_vtk(normals, deep=True))
+    if mesh.sigma is not None:
+        _set_scalars(data, mesh.sigma * 1e3)
+    return data
+
+
+def surface_actor(data: vtkPolyData, table: vtkLookupTable | None) -> vtkActor:
+    """The surface, coloured by its sigma where a table is given."""
+    actor = _actor(data, table)
+    look = actor.GetProperty()
+    look.SetColor(*PLAIN_SURFACE)
+    look.SetAmbient(0.22)
+    look.SetDiffuse(0.80)
+    look.SetSpecular(0.12)
+    look.SetSpecularPower(25)
+    return actor
+
+
+def border_actor(data: vtkPolyData) -> vtkActor:
+    """The surface's border as a thin line."""
+    edges = vtkFeatureEdges()
+    edges.SetInputData(data)
+    edges.FeatureEdgesOff()
+    edges.ManifoldEdgesOff()
+    edges.NonManifoldEdgesOff()
+    edges.ColoringOff()
+    edges.Update()
+    actor = _actor(edges.GetOutput(), None)
+    _flat(actor, INK)
+    actor.GetProperty().SetLineWidth(1.5)
+    return actor
+
+
+def tube_actor(
+    curves: list[FloatArray],
+    radius: float,
+    colour: Colour,
+    sigma: list[FloatArray] | None = None,
+    table: vtkLookupTable | None = None,
+) -> vtkActor:
+    """Curves of (n, 3) points each as tubes; coloured by sigma (metres) with a table."""
+    data = line_data(curves)
+    if sigma is not None and table is not None:
+        _set_scalars(data, np.concatenate(sigma) * 1e3)
+    tubes = vtkTubeFilter()
+    tubes.SetInputData(data)
+    tubes.SetRadius(radius)
+    tubes.SetNumberOfSides(12)
+    tubes.CappingOn()
+    tubes.Update()
+    actor = _actor(tubes.GetOutput(), table)
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().SetAmbient(0.3)
+    return actor
+
+
+def line_actor(curves: list[FloatArray], colour: Colour, width: float) -> vtkActor:
+    """Curves of (n, 3) points each as lines of one colour, `width` pixels wide."""
+    actor = _actor(line_data(curves), None)
+    _flat(actor, colour)
+    actor.GetProperty().SetLineWidth(width)
+    return actor
+
+
+def sphere_actor(points: FloatArray, radius: float, colour: Colour) -> vtkActor:
+    """A ball at each of (n, 3) points."""
+    ball = vtkSphereSource()
+    ball.SetRadius(radius)
+    ball.SetThetaResolution(20)
+    ball.SetPhiResolution(14)
+    ball.Update()
+    mapper = vtkGlyph3DMapper()
+    mapper.SetInputData(polydata(points))
+    mapper.SetSourceData(ball.GetOutput())
+    mapper.ScalingOff()
+    mapper.OrientOff()
+    mapper.ScalarVisibilityOff()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().SetAmbient(0.35)
+    return actor
+
+
+def label_actor(text: str, at: FloatArray, size: int) -> vtkBillboardTextActor3D:
+    """A word that always faces the reader, middle at a (3,) point."""
+    actor = vtkBillboardTextActor3D()
+    actor.SetInput(plain_label(text))
+    actor.SetPosition(*(float(value) for value in at))
+    look = actor.GetTextProperty()
+    look.SetFontSize(size)
+    look.SetColor(*INK)
+    look.BoldOn()
+    look.SetJustificationToCentered()
+    look.SetVerticalJustificationToCentered()
+    return actor
+
+
+def plain_label(text: str) -> str:
+    """A name as a label: short, on one line, and without VTK's sign for formulas."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    line = line.replace("$", "＄")
+    return line if len(line) <= _LONGEST_LABEL else line[: _LONGEST_LABEL - 1] + "…"
+
+
+def line_data(curves: list[FloatArray]) -> vtkPolyData:
+    """Polylines through curves of (n, 3) points each."""
+    data = polydata(np.concatenate(curves))
+    starts = np.cumsum([0] + [len(curve) for curve in curves])
+    data.SetLines(cells([np.arange(a, b) for a, b in zip(starts[:-1], starts[1:], strict=True)]))
+    return data
+
+
+def _set_scalars(data: vtkPolyData, values: FloatArray) -> None:
+    array = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float32), deep=True)
+    array.SetName("sigma")
+    data.GetPointData().SetScalars(array)
+
+
+def _actor(data: vtkPolyData, table: vtkLookupTable | None) -> vtkActor:
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.SetScalarVisibility(table is not None)
+    if table is not None:
+        mapper.SetLookupTable(table)
+        mapper.UseLookupTableScalarRangeOn()
+        mapper.InterpolateScalarsBeforeMappingOn()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    return actor
+
+
+def _flat(actor: vtkActor, colour: Colour) -> None:
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().LightingOff()

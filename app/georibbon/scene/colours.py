@@ -1,0 +1,51 @@
+"""One look-up table for quantities, in 2D and in 3D, and the scene's fixed colours.
+
+The map is viridis (Smith and van der Walt 2015): even steps to the eye, readable
+in grey and by people who confuse red and green.  It is kept as nine anchors,
+between which linear interpolation stays within three of 255 levels, so that the
+scene needs no plotting library.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Colour = tuple[float, float, float]
+
+_ANCHORS = "440154 472d7b 3b528b 2c728e 21918c 28ae80 5ec962 addc30 fde725"
+
+BACKGROUND: Colour = (1.0, 1.0, 1.0)
+INK: Colour = (0.13, 0.15, 0.18)
+GRID: Colour = (0.80, 0.82, 0.85)
+PLAIN_SURFACE: Colour = (0.62, 0.70, 0.78)
+PASS: Colour = (0.10, 0.11, 0.13)
+TIE: Colour = (0.84, 0.33, 0.10)
+MARK: Colour = (0.80, 0.10, 0.42)
+
+
+def quantity_table(size: int = 256) -> NDArray[np.uint8]:
+    """(size, 3) uint8, sRGB, from the smallest value's colour to the largest's."""
+    anchors = np.array([list(bytes.fromhex(word)) for word in _ANCHORS.split()], dtype=float)
+    at = np.linspace(0, len(anchors) - 1, size)
+    columns = [np.interp(at, np.arange(len(anchors)), column) for column in anchors.T]
+    return np.rint(np.column_stack(columns)).astype(np.uint8)
+
+
+def round_step(width: float, parts: int) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that cuts `width` into at most `parts`."""
+    least = width / parts
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9)))
+
+
+def round_range(low: float, high: float, parts: int = 6) -> tuple[float, float, float]:
+    """(low, high, step): the range widened outwards to whole steps of a round number.
+
+    A range narrower than a twentieth of its upper end is no difference worth
+    colours: it is widened to start from zero.
+    """
+    if high - low < 0.05 * abs(high):
+        low = 0.0
+    if high <= low:
+        low, high = 0.0, 1.0
+    step = round_step(high - low, parts)
+    return float(np.floor(low / step + 1e-9)) * step, float(np.ceil(high / step - 1e-9)) * step, step
