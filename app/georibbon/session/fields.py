@@ -126,8 +126,9 @@ class Table:
             self.refuse(key, f"{key} is {told(value)}; {expected} is expected")
         if len(value) > limit:
             self.refuse(key, f"{key} has {len(value)} characters; at most {limit} are expected")
-        if limit == MAX_NAME and not value.isprintable():
-            self.refuse(key, f"{key} is {told(value)}; a line without control characters is needed")
+        lines = value.replace("\n", "").replace("\t", "") if limit == MAX_TEXT else value
+        if not lines.isprintable():
+            self.refuse(key, f"{key} is {told(value)}; a text without control characters is needed")
         return value
 
     def choice(self, key: str, choices: tuple[str, ...]) -> str:

@@ -5,7 +5,6 @@ from the rows of a session file, and refuses everything that cannot be meant.
 `tables_of` is its inverse.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -115,7 +114,7 @@ def read_outline(data: Mapping[str, object], source: Source) -> Outline:
     workpiece = _workpiece(top)
     poses = tuple(_pose(t) for t in _tables(top, "pose", _POSE, MAX_FILES))
     passes = _passes(top)
-    survey = _Survey(ribbon, tuple(entry.name for entry in passes))
+    survey = _Survey(ribbon, dict.fromkeys(entry.name for entry in passes))
     marks = tuple(survey.mark(t) for t in _tables(top, "mark", _MARK, MAX_SURVEY))
     distances = tuple(survey.distance(t) for t in _tables(top, "distance", _DISTANCE, MAX_SURVEY))
     crossings = tuple(survey.crossing(t) for t in _tables(top, "crossing", _CROSSING, MAX_SURVEY))
@@ -263,7 +262,8 @@ def _pass(table: Table) -> PassEntry:
 
 def _repeated(names: Sequence[str]) -> list[tuple[int, int]]:
     """For each name that came before: its place and the first one's."""
-    return [(i, names.index(n)) for i, n in enumerate(names) if Counter(names[:i])[n]]
+    first: dict[str, int] = {}
+    return [(i, first[n]) for i, n in enumerate(names) if first.setdefault(n, i) != i]
 
 
 @dataclass(frozen=True)
@@ -271,7 +271,7 @@ class _Survey:
     """The survey's tables, which name points of passes."""
 
     ribbon: Ribbon
-    passes: tuple[str, ...]
+    passes: dict[str, None]
 
     def mark(self, table: Table) -> Mark:
         name = table.text("pass", "the name of a pass")

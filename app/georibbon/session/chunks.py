@@ -1,0 +1,89 @@
+"""Frames as the blobs of a session file, with a digest each."""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from georibbon.ribbon import Readings
+
+FRAMES = 2048
+_TIME = np.dtype("<f8")
+_CODES = {2: "<i2", 4: "<i4"}
+
+
+class DamagedError(Exception):
+    """What was read is not what was written; the message says how."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A row of the table `chunk`: successive frames of one part, see `schema`."""
+
+    part: int
+    place: int
+    frames: int
+    width: int
+    t: bytes
+    counts: bytes
+
+    @property
+    def digest(self) -> bytes:
+        """SHA-256 of everything in the chunk."""
+        head = f"{self.part},{self.place},{self.frames},{self.width};".encode()
+        return hashlib.sha256(head + self.t + self.counts).digest()
+
+
+def pack(readings: Readings, part: int) -> Iterator[Chunk]:
+    """The chunks of readings that `check_readings` accepts, as narrow as their values allow."""
+    for place, start in enumerate(range(0, readings.t.size, FRAMES)):
+        block = slice(start, start + FRAMES)
+        counts = readings.counts[block]
+        lost = np.isnan(counts)
+        width = 4 if np.any(np.abs(counts[~lost]) >= -_lost(2)) else 2
+        whole = np.where(lost, _lost(width), counts).astype(_CODES[width])
+        t = readings.t[block].astype(_TIME)
+        yield Chunk(part, place, t.size, width, t.tobytes(), whole.tobytes())
+
+
+def unpack(rows: Sequence[tuple[object, ...]], columns: int) -> Readings:
+    """The readings in one part's rows (part, place, frames, width, t, counts, digest).
+
+    columns: the number of axes.  Raises DamagedError.
+    """
+    times, counts = [], []
+    for i, (*values, digest) in enumerate(rows):
+        chunk = _chunk(values)
+        if chunk.digest != digest:
+            raise DamagedError(f"frames of part {chunk.part} do not match their digest")
+        if chunk.width not in _CODES or chunk.place != i or chunk.frames < 1:
+            raise DamagedError(f"a chunk of part {chunk.part} is out of order")
+        whole = np.frombuffer(chunk.counts, _CODES[chunk.width])
+        if len(chunk.t) != chunk.frames * _TIME.itemsize or whole.size != chunk.frames * columns:
+            raise DamagedError(f"a chunk of part {chunk.part} has not the length it should have")
+        times.append(np.frombuffer(chunk.t, _TIME).astype(np.float64))
+        values_of = np.where(whole == _lost(chunk.width), np.nan, whole)
+        counts.append(values_of.reshape(chunk.frames, columns))
+    if not times:
+        raise DamagedError("a pose or a pass has no frames")
+    return Readings(np.concatenate(times), np.concatenate(counts))
+
+
+def _lost(width: int) -> int:
+    """What stands for a lost value: the least integer of so many bytes."""
+    return -(1 << (8 * width - 1))
+
+
+def _chunk(values: Sequence[object]) -> Chunk:
+    part, place, frames, width, t, counts = values
+    if not (
+        isinstance(part, int)
+        and isinstance(place, int)
+        and isinstance(frames, int)
+        and isinstance(width, int)
+        and isinstance(t, bytes)
+        and isinstance(counts, bytes)
+    ):
+        raise DamagedError("a chunk of frames has values of the wrong type")
+    return Chunk(part, place, frames, width, t, counts)
