@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from georibbon.geometry.frames import Strip
 
@@ -180,7 +180,7 @@ def matched_core(a: Strip, b: Strip) -> tuple[FloatArray, FloatArray] | None:
 def covering(along: FloatArray, places: FloatArray, start: float, end: float) -> FloatArray:
     """(m,) the matched places of one strip, bent at both ends so that they reach its ends.
 
-    A leftover length l is absorbed by l (1 - t)²(1 + 2t) with t = x / min(2 l, half
+    A leftover length l is absorbed by l (1 - t)³(1 + 3t) with t = x / min(2 l, half
     the overlap), x the distance `along` (m,) from the overlap's end; the places
     stay ascending.
     """
@@ -196,7 +196,7 @@ def absorbed(leftover: float, x: FloatArray, half: float) -> FloatArray:
     if leftover <= 0.0:
         return np.zeros_like(x)
     t = np.minimum(x / min(2.0 * leftover, half), 1.0)
-    share: FloatArray = leftover * (1.0 - t) ** 2 * (1.0 + 2.0 * t)
+    share: FloatArray = leftover * (1.0 - t) ** 3 * (1.0 + 3.0 * t)
     return share
 
 
@@ -224,9 +224,25 @@ class Correspondence:
 
 
 def mapped(source: FloatArray, target: FloatArray, at: FloatArray) -> FloatArray:
-    """(k,) the monotone cubic through (source, target), both (m,), at places (k,)."""
-    values: FloatArray = PchipInterpolator(source, target)(at)
+    """(k,) a strictly ascending curve through (source, target), both (m,), at places (k,).
+
+    The twice differentiable cubic spline where it ascends, else the monotone
+    piecewise cubic.
+    """
+    spline = CubicSpline(source, target)
+    if not ascends(spline):
+        spline = PchipInterpolator(source, target)
+    values: FloatArray = spline(at)
     return values
+
+
+def ascends(spline: CubicSpline) -> bool:
+    """Whether a cubic spline's derivative 3 a x² + 2 b x + c is positive throughout."""
+    a, b, c = spline.c[:3]
+    width = np.diff(spline.x)
+    turning = np.clip(-b / np.where(a == 0.0, 1.0, 3.0 * a), 0.0, width)
+    places = np.stack([np.zeros_like(width), turning, width])
+    return bool((3.0 * a * places**2 + 2.0 * b * places + c > 0.0).all())
 
 
 def correspond(strips: Sequence[Strip]) -> Correspondence:

@@ -47,8 +47,9 @@ class Strip:
 
 
 def unit(vectors: FloatArray) -> FloatArray:
-    """(..., 3) vectors divided by their lengths."""
-    units: FloatArray = vectors / np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
+    """(..., 3) vectors divided by their lengths; a zero vector stays zero."""
+    length = np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
+    units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
     return units
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from georibbon.errors import SurfaceError
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -23,3 +25,118 @@ class Mesh:
     triangles: IntArray
     normals: FloatArray
     sigma: FloatArray | None = None
+
+
+def grid_mesh(points: FloatArray, normals: FloatArray, sigma: FloatArray | None = None) -> Mesh:
+    """The mesh over a grid (k, m, 3) of points, metres, with normals (k, m, 3), sigma (k, m).
+
+    The normals' side is outside where the second index grows to the left of
+    the first.  Each quadrilateral is cut along its shorter diagonal.
+    """
+    rows, columns = points.shape[:2]
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
+    c, d = number[1:, 1:].ravel(), number[:-1, 1:].ravel()
+    vertices = points.reshape(-1, 3)
+    first = np.sum((vertices[c] - vertices[a]) ** 2, axis=1)
+    second = np.sum((vertices[d] - vertices[b]) ** 2, axis=1)
+    along_first = (first <= second)[:, None, None]
+    cut = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1)
+    other = np.stack([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)], axis=1)
+    triangles = np.where(along_first, cut, other).reshape(-1, 3)
+    spread = None if sigma is None else sigma.ravel()
+    return Mesh(vertices, triangles, normals.reshape(-1, 3), spread)
+
+
+def facets(mesh: Mesh) -> FloatArray:
+    """(m, 3) m²: each triangle's outward normal times its area."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    halves: FloatArray = 0.5 * np.cross(b - a, c - a)
+    return halves
+
+
+def area(mesh: Mesh) -> float:
+    """The mesh's area, m²."""
+    return float(np.sum(np.linalg.norm(facets(mesh), axis=1)))
+
+
+def volume(mesh: Mesh) -> float:
+    """The volume that a closed mesh encloses, m³, positive when oriented outward.
+
+    By the divergence theorem: a third of the sum of each triangle's middle
+    times its normal and area.
+    """
+    middles = mesh.vertices[mesh.triangles].mean(axis=1) - mesh.vertices.mean(axis=0)
+    return float(np.sum(middles * facets(mesh)) / 3.0)
+
+
+def directed_edges(mesh: Mesh) -> IntArray:
+    """(3 m, 2) the edges of all triangles, each in its triangle's direction."""
+    edges: IntArray = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    return edges
+
+
+def boundary_edges(mesh: Mesh) -> IntArray:
+    """(e, 2) the edges that no triangle runs the other way, in their triangle's direction."""
+    edges = directed_edges(mesh)
+    count = len(mesh.vertices)
+    return edges[~np.isin(edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0])]
+
+
+def is_oriented(mesh: Mesh) -> bool:
+    """Whether no edge is run twice in one direction: neighbours agree which side is outside."""
+    edges = directed_edges(mesh)
+    keys = edges[:, 0] * len(mesh.vertices) + edges[:, 1]
+    return len(np.unique(keys)) == len(keys)
+
+
+def is_watertight(mesh: Mesh) -> bool:
+    """Whether every edge belongs to exactly two triangles that run it in opposite directions."""
+    return is_oriented(mesh) and len(boundary_edges(mesh)) == 0
+
+
+def folding_thickness(mesh: Mesh) -> float:
+    """The least distance, metres, by which moving the mesh inward turns a triangle over.
+
+    With edges e1, e2, their changes of normal d1, d2 and the triangle's unit
+    normal n it is the least positive root t of
+    n . ((e1 - t d1) x (e2 - t d2)) = A - t B + t² C; infinite where there is none.
+    """
+    points, normals = mesh.vertices[mesh.triangles], mesh.normals[mesh.triangles]
+    e1, e2 = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    d1, d2 = normals[:, 1] - normals[:, 0], normals[:, 2] - normals[:, 0]
+    square = np.cross(e1, e2)
+    a = np.sum(square * square, axis=1)
+    b = np.sum(square * (np.cross(d1, e2) + np.cross(e1, d2)), axis=1)
+    c = np.sum(square * np.cross(d1, d2), axis=1)
+    inner = b * b - 4.0 * a * c
+    # The least positive root in the form that does not cancel: 2 a / (b + sqrt(b² - 4 a c)).
+    below = b + np.sqrt(np.maximum(inner, 0.0))
+    folds = (inner >= 0.0) & (below > 0.0) & (a > 0.0)
+    return float(np.min(2.0 * a[folds] / below[folds], initial=np.inf))
+
+
+def thicken(mesh: Mesh, thickness: float) -> Mesh:
+    """A closed solid whose outer face is the mesh, an open skin.
+
+    The inner face lies `thickness` metres inward along the normals; walls join
+    the two along the skin's boundary.  Raises SurfaceError where the inner face
+    would fold over because the skin bends more sharply than that.
+    """
+    limit = folding_thickness(mesh)
+    if thickness >= limit:
+        raise SurfaceError(
+            f"a wall {1e3 * thickness:.2f} mm thick folds over itself where the surface bends "
+            f"most sharply, at most {1e3 * limit:.2f} mm is possible: choose a smaller thickness"
+        )
+    count = len(mesh.vertices)
+    a, b = boundary_edges(mesh).T
+    walls = np.stack(
+        [np.stack([b, a, a + count], axis=1), np.stack([b, a + count, b + count], axis=1)], axis=1
+    ).reshape(-1, 3)
+    return Mesh(
+        np.concatenate([mesh.vertices, mesh.vertices - thickness * mesh.normals]),
+        np.concatenate([mesh.triangles, mesh.triangles[:, ::-1] + count, walls]),
+        np.concatenate([mesh.normals, -mesh.normals]),
+        None if mesh.sigma is None else np.concatenate([mesh.sigma, mesh.sigma]),
+    )

@@ -1,33 +1,267 @@
 """The surface through the passes: geodesic Hermite patches between neighbours."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-from georibbon.geometry.mesh import Mesh
+import numpy as np
+from numpy.typing import NDArray
+
+from georibbon.errors import SettingsError, SurfaceError
+from georibbon.geometry.checks import Check, all_checks
+from georibbon.geometry.correspondence import Arrangement, arrange, correspond
+from georibbon.geometry.frames import Strip
+from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
+from georibbon.geometry.patch import (
+    PatchGrid,
+    PatchSet,
+    basis,
+    control_of,
+    patch_grid,
+    patches,
+    rails_at,
+)
+
+__all__ = ["Check", "Surface", "SurfaceSettings", "build_surface"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+LEAST_POINTS = 4
+MOST_TRIANGLES = 5_000_000
+GREATEST_EDGE = 0.02
+ANALYSIS_ROWS = 9
+# Shares of the tolerance for the chord error along, across and by twist; the rest is margin.
+STRETCH_SHARE = 0.35
+TWIST_SHARE = 0.2
 
 
 @dataclass(frozen=True)
-class Check:
-    """One self-check of the built surface.
+class SurfaceSettings:
+    """How the surface is made into triangles.
 
-    code: a stable word, such as "fold", "gap", "normal-turn", "heading-drift";
-    verdict: "pass", "warn" or "fail"; value: what was found, in `unit`;
-    message: the sentence for the person, with advice where it is not a pass.
-    where: which pass or pair of passes, such as "P2" or "P2-P3".
+    tolerance: metres, how far triangles may leave the patches.  thickness:
+    metres, of a closed solid whose outer face the surface is; None for none.
+    Raises SettingsError unless both are positive numbers.
     """
 
-    code: str
-    verdict: Literal["pass", "warn", "fail"]
-    value: float
-    unit: str
-    where: str
-    message: str
+    tolerance: float = 5e-5
+    thickness: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("tolerance", self.tolerance), ("thickness", self.thickness)):
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise SettingsError(
+                    f"the surface's {name} is {value} m, it must be a length greater than zero: "
+                    "choose one"
+                )
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The built surface: its mesh, its area (m²) and its checks."""
+    """The built surface: its mesh, its area (m²) and its checks.
+
+    mesh: the skin that the passes lie on.  solid: the skin thickened to a
+    closed solid, where a thickness was asked for.  columns: (p,) int64, for
+    the passes in `order` which column of the mesh's grid they are; shape: the
+    grid (rows along the passes, columns across), vertices in row-major order.
+    """
 
     mesh: Mesh
     area: float
     checks: tuple[Check, ...]
+    solid: Mesh | None = None
+    order: tuple[str, ...] = ()
+    shape: tuple[int, int] = (0, 0)
+    columns: tuple[int, ...] = ()
+
+    @property
+    def export_mesh(self) -> Mesh:
+        """What is written to a file: the solid where there is one, else the skin."""
+        return self.mesh if self.solid is None else self.solid
+
+
+def build_surface(
+    strips: Sequence[Strip],
+    names: Sequence[str],
+    settings: SurfaceSettings,
+    sigmas: Sequence[FloatArray] | None = None,
+    frame_sigma: Sequence[FloatArray] | None = None,
+) -> Surface:
+    """The surface through p passes, given in any order and run in any direction.
+
+    strips: at least two, of at least four points.  names: one for each strip.
+    sigmas: (n,) metres for each strip, the standard deviation of its points.
+    frame_sigma: (n,) radians for each strip, of its normals.
+
+    Raises SurfaceError where the passes do not span a surface, where numbers
+    are not finite, where more than five million triangles would be needed, or
+    where the solid would fold over itself.
+    """
+    check_strips(strips, names)
+    arrangement = arrange(strips)
+    ordered_names = tuple(names[i] for i in arrangement.order)
+    match = correspond(arrangement.strips)
+    middle = arrangement.strips[match.middle]
+    u = np.linspace(middle.s[0], middle.s[-1], 2 * len(middle.s) - 1)
+    surface = patches(arrangement.strips, match, u)
+    grid = grid_of(surface)
+    nodes, counts = subdivided(surface, grid, settings.tolerance)
+    spread = None if sigmas is None else in_order(sigmas, arrangement)
+    mesh = triangulated(surface, nodes, counts, arrangement, spread)
+    expected = None if frame_sigma is None else in_order(frame_sigma, arrangement)
+    return Surface(
+        mesh=mesh,
+        area=area(mesh),
+        checks=all_checks(arrangement, ordered_names, surface, grid, expected),
+        solid=None if settings.thickness is None else thicken(mesh, settings.thickness),
+        order=ordered_names,
+        shape=(len(nodes), 1 + int(counts.sum())),
+        columns=(0, *(int(column) for column in np.cumsum(counts))),
+    )
+
+
+def check_strips(strips: Sequence[Strip], names: Sequence[str]) -> None:
+    """Raise SurfaceError unless there are enough strips, of enough finite points."""
+    if len(strips) < 2:
+        raise SurfaceError(
+            f"{len(strips)} pass cannot span a surface, at least 2 are needed: "
+            "lay another beside it"
+        )
+    for strip, name in zip(strips, names, strict=True):
+        if len(strip.s) < LEAST_POINTS:
+            raise SurfaceError(
+                f"pass {name} has {len(strip.s)} points, at least {LEAST_POINTS} are needed: "
+                "fit it at more places"
+            )
+        if not all(np.isfinite(values).all() for values in (strip.s, strip.points, strip.frames)):
+            raise SurfaceError(
+                f"pass {name} has points or normals that are not numbers: "
+                "fit it again or leave it out"
+            )
+        if (np.diff(strip.s) <= 0.0).any():
+            raise SurfaceError(
+                f"pass {name} has places along the ribbon that do not ascend: sort them"
+            )
+
+
+def in_order(values: Sequence[FloatArray], arrangement: Arrangement) -> list[FloatArray]:
+    """Values (n,) of each pass as given, put into the arrangement's order and direction."""
+    return [
+        values[i][::-1] if turned else values[i]
+        for i, turned in zip(arrangement.order, arrangement.turned, strict=True)
+    ]
+
+
+def grid_of(surface: PatchSet) -> PatchGrid:
+    """All patches (p-1, k, 9, 3) at the parameters where their slopes are known."""
+    normals = surface.rails.frames[..., 2]
+    return patch_grid(
+        surface.control,
+        surface.control_slope(surface.u),
+        (normals[:-1], normals[1:]),
+        np.linspace(0.0, 1.0, ANALYSIS_ROWS),
+    )
+
+
+def subdivided(surface: PatchSet, grid: PatchGrid, tolerance: float) -> tuple[FloatArray, IntArray]:
+    """Where to cut: parameters u (k,), and for each patch the number of cuts across (p-1,).
+
+    A triangle of a right-angled cell a by b leaves the patch by at most
+    (|L| a² + 2 |M| a b + |N| b²) / 8 with L, M, N the second derivatives' parts
+    along the normal.  No edge is longer than 2 cm, so that deviations are
+    carried in detail.  Raises SurfaceError where the triangles would be too many.
+    """
+    v = np.linspace(0.0, 1.0, ANALYSIS_ROWS)
+    slope = surface.control_slope(surface.u)
+    normals = grid.normals
+    along = normal_part(basis(v) @ surface.control_slope(surface.u, 2), normals)
+    twist = normal_part(basis(v, 1) @ slope, normals)
+    across = normal_part(basis(v, 2) @ surface.control, normals)
+    speed_u = np.sqrt(np.sum(grid.along**2, axis=-1))
+    speed_v = np.sqrt(np.sum(grid.across**2, axis=-1))
+    twist_rate = twist / np.maximum(speed_u * speed_v, 1e-12)
+    twist_density = np.sqrt(twist_rate / (4.0 * TWIST_SHARE * tolerance))
+    share = 8.0 * STRETCH_SHARE * tolerance
+    density_v = np.maximum.reduce(
+        [np.sqrt(across / share), speed_v / GREATEST_EDGE, speed_v * twist_density]
+    )
+    counts = np.ceil(density_v.max(axis=(1, 2))).astype(np.int64)
+    density_u = np.maximum.reduce(
+        [np.sqrt(along / share), speed_u / GREATEST_EDGE, speed_u * twist_density]
+    ).max(axis=(0, 2))
+    return equal_shares(surface.u, density_u, int(counts.sum())), counts
+
+
+def normal_part(derivative: FloatArray, normals: FloatArray) -> FloatArray:
+    """(...) the size of vectors (..., 3) along unit normals (..., 3)."""
+    part: FloatArray = np.abs(np.sum(derivative * normals, axis=-1))
+    return part
+
+
+def equal_shares(u: FloatArray, density: FloatArray, columns: int) -> FloatArray:
+    """(k,) parameters between u[0] and u[-1], as dense as `density` (n,) at u (n,) asks."""
+    around = np.maximum.reduce([density[:-1], density[1:]])
+    total = np.concatenate([[0.0], np.cumsum(around * np.diff(u))])
+    rows = max(int(np.ceil(total[-1])), 1)
+    triangles = 2 * rows * columns
+    if triangles > MOST_TRIANGLES:
+        raise SurfaceError(
+            f"this tolerance needs about {triangles:.1e} triangles, at most "
+            f"{MOST_TRIANGLES:.0e} are made: choose a larger tolerance, "
+            "or check the passes for jumps"
+        )
+    nodes = np.interp(np.linspace(0.0, total[-1], rows + 1), total, u)
+    nodes[[0, -1]] = u[[0, -1]]
+    return nodes
+
+
+def triangulated(
+    surface: PatchSet,
+    u: FloatArray,
+    counts: IntArray,
+    arrangement: Arrangement,
+    sigmas: list[FloatArray] | None,
+) -> Mesh:
+    """The mesh of all patches on one grid: rows at u (k,), counts (p-1,) columns a patch.
+
+    Neighbouring patches share the vertices on the pass between them, which
+    carry the pass's own normals.  sigmas: (n,) metres a strip; between strips
+    the variances are blended linearly.
+    """
+    rails = rails_at(surface.splines, surface.match, u)
+    control, slope = control_of(rails), surface.control_slope(u)
+    normals = rails.frames[..., 2]
+    points = [rails.points[0][:, None]]
+    facing = [normals[0][:, None]]
+    shares = [np.zeros(1)]
+    for i, count in enumerate(counts):
+        v = np.arange(1, count + 1) / count
+        grid = patch_grid(control[i], slope[i], (normals[i], normals[i + 1]), v)
+        points += [grid.points[:, :-1], rails.points[i + 1][:, None]]
+        facing += [grid.normals[:, :-1], normals[i + 1][:, None]]
+        shares.append(i + v)
+    spread = None
+    if sigmas is not None:
+        places = surface.match(u)
+        spread = blended(arrangement.strips, places, sigmas, np.concatenate(shares))
+    return grid_mesh(np.concatenate(points, axis=1), np.concatenate(facing, axis=1), spread)
+
+
+def blended(
+    strips: Sequence[Strip], places: FloatArray, sigmas: list[FloatArray], shares: FloatArray
+) -> FloatArray:
+    """(k, w) metres: standard deviations at places (p, k) on strips, their squares blended across.
+
+    shares: (w,), for each column the strip before it plus its share of the way to the next.
+    """
+    squares = np.stack(
+        [
+            np.interp(place, strip.s, sigma) ** 2
+            for strip, place, sigma in zip(strips, places, sigmas, strict=True)
+        ],
+        axis=1,
+    )
+    first = np.minimum(shares.astype(int), len(strips) - 2)
+    part = shares - first
+    spread: FloatArray = np.sqrt((1.0 - part) * squares[:, first] + part * squares[:, first + 1])
+    return spread
