@@ -43,29 +43,42 @@ def directions_at(surface: ReferenceSurface, uv: FloatArray, angles: FloatArray)
 
 
 def geodesics(
-    surface: ReferenceSurface, uv: FloatArray, directions: FloatArray, s: FloatArray
+    surface: ReferenceSurface,
+    uv: FloatArray,
+    directions: FloatArray,
+    s: FloatArray,
+    tolerance: float = 1e-11,
 ) -> tuple[Strip, ...]:
     """The geodesics through n points of a surface, each with its frames.
 
     uv: (n, 2), the points; directions: (n, 3) tangent vectors there, of any
     length (made unit and tangent).  s: (m,) ascending signed distances from the
     points, metres, at which the curves are given; the strips' arc length starts
-    at 0, where s is least.  All are integrated together (DOP853, relative
-    tolerance 1e-11).
+    at 0, where s is least.  All are integrated together (DOP853), to the
+    relative `tolerance`.
     """
-    return trace(surface, uv, directions, s)[1]
+    return trace(surface, uv, directions, s, tolerance)[1]
 
 
 def trace(
-    surface: ReferenceSurface, uv: FloatArray, directions: FloatArray, s: FloatArray
+    surface: ReferenceSurface,
+    uv: FloatArray,
+    directions: FloatArray,
+    s: FloatArray,
+    tolerance: float = 1e-11,
 ) -> tuple[FloatArray, tuple[Strip, ...]]:
     """As `geodesics`, with the parameters (m, n, 2) of the curves' points besides."""
     jet = surface.jet(uv)
     rates = tangent_rates(jet, directions)
     speed = np.linalg.norm(jet.pu * rates[:, :1] + jet.pv * rates[:, 1:], axis=1, keepdims=True)
     start = np.concatenate([uv, rates / speed], axis=1)
-    after = _integrate(surface, start, s[s >= 0])
-    before = _integrate(surface, start * [1, 1, -1, -1], -s[s < 0][::-1]) * [1, 1, -1, -1]
+    after = _integrate(surface, start, s[s >= 0], tolerance)
+    before = _integrate(surface, start * [1, 1, -1, -1], -s[s < 0][::-1], tolerance) * [
+        1,
+        1,
+        -1,
+        -1,
+    ]
     states = np.concatenate([before[::-1], after])
     strips = tuple(_strip(surface, states[:, k], s - s[0]) for k in range(len(uv)))
     return states[:, :, :2], strips
@@ -78,7 +91,9 @@ def geodesic(
     return geodesics(surface, np.array([uv], float), np.array([direction], float), s)[0]
 
 
-def _integrate(surface: ReferenceSurface, start: FloatArray, s: FloatArray) -> FloatArray:
+def _integrate(
+    surface: ReferenceSurface, start: FloatArray, s: FloatArray, tolerance: float
+) -> FloatArray:
     """(m, n, 4) states (u, v, u', v') at distances s (m,) >= 0, ascending."""
     if len(s) == 0:
         return np.empty((0, *start.shape))
@@ -93,7 +108,13 @@ def _integrate(surface: ReferenceSurface, start: FloatArray, s: FloatArray) -> F
         return np.concatenate([state[:, 2:], -tangent_rates(jet, bend)], axis=1).ravel()
 
     found = solve_ivp(
-        rate, (0.0, float(s[-1])), start.ravel(), "DOP853", t_eval=s, rtol=1e-11, atol=1e-13
+        rate,
+        (0.0, float(s[-1])),
+        start.ravel(),
+        "DOP853",
+        t_eval=s,
+        rtol=tolerance,
+        atol=tolerance / 100,
     )
     return np.asarray(found.y.T.reshape(len(s), *start.shape), dtype=np.float64)
 

@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from georibbon.calibration.model import Calibration, SensorModel
+from georibbon.errors import SettingsError
 from georibbon.geometry.frames import Strip
 from georibbon.recording import Pass, PassKind, Pose, Recording, Workpiece
 from georibbon.ribbon import FloatArray, Readings, Ribbon
@@ -72,6 +73,7 @@ def simulate(settings: SimulationSettings) -> Simulation:
     surface = make_surface(settings.surface, settings.parameters)
     kind = surface_kind(settings.surface)
     strips = lay_passes(surface, kind, settings.layout, settings.ribbon.length)
+    _check_names(settings, ribbon, strips)
     recording = Recording(
         ribbon=ribbon,
         poses=_poses(bench, pose),
@@ -87,6 +89,19 @@ def simulate(settings: SimulationSettings) -> Simulation:
     calibration = Calibration(ribbon.id, dip, models)
     truth = Truth(settings.surface, coarse, yaw, parameters, surface, calibration)
     return Simulation(recording, truth)
+
+
+def _check_names(settings: SimulationSettings, ribbon: Ribbon, strips: Mapping[str, Strip]) -> None:
+    """Raise `SettingsError` where a fault names what is not there."""
+    known = {sensor.name for sensor in ribbon.sensors}
+    for name in settings.faults.dead:
+        if name not in known:
+            last = ribbon.sensors[-1].name
+            raise SettingsError(f"dead sensor {name!r}: the ribbon has A01, M01 to {last}")
+    if settings.faults.magnet > 0 and settings.faults.magnet_on not in strips:
+        raise SettingsError(
+            f"a magnet on {settings.faults.magnet_on!r}: the passes are {', '.join(strips)}"
+        )
 
 
 def _title(settings: SimulationSettings) -> str:
@@ -145,7 +160,8 @@ def _magnet(bench: _Bench, name: str, positions: FloatArray) -> FloatArray | Non
     if faults.magnet == 0 or name != faults.magnet_on:
         return None
     middle = bench.ribbon.length / 2 if faults.magnet_place is None else faults.magnet_place
-    share = faults.magnet * np.exp(-(((positions - middle) / faults.magnet_reach) ** 2))
+    # Flat over the magnet and steep at its ends, as a magnet held close looks.
+    share = faults.magnet * np.exp(-(((positions - middle) / faults.magnet_reach) ** 6))
     direction = np.array([0.8, -0.36, 0.48])
     return np.asarray(share[:, None] * direction)
 

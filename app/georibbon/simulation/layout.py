@@ -5,15 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from georibbon.errors import SettingsError
 from georibbon.geometry.frames import FloatArray, Strip
-from georibbon.geometry.geodesics import directions_at, geodesics, trace
+from georibbon.geometry.geodesics import directions_at, trace
 from georibbon.geometry.reference import ReferenceSurface, closest_point
 from georibbon.simulation.settings import LayoutSettings
 from georibbon.simulation.surfaces import SurfaceKind
 
 SAMPLES_PER_METRE = 400
-TIE_LEAD = 0.05
-"""How far before the first pass a tie begins, metres."""
+TOLERANCE = 1e-9
+"""Of the integration: a nanometre, far below anything a ribbon sees."""
 
 
 def lay_passes(
@@ -27,9 +28,8 @@ def lay_passes(
     """
     s = np.linspace(0.0, length, round(SAMPLES_PER_METRE * length) + 1)
     uv, forward = _middles(surface, kind, layout)
-    strips = geodesics(surface, uv, forward, s - length / 2)
-    passes = {f"P{k + 1}": strip for k, strip in enumerate(strips)}
-    return passes | _lay_ties(surface, kind, layout, passes, s)
+    passes = _run(surface, uv, forward, s - length / 2, "P")
+    return passes | _lay_ties(surface, layout, passes, s)
 
 
 def _middles(
@@ -40,7 +40,7 @@ def _middles(
     heading = kind.heading if layout.heading is None else layout.heading
     across = directions_at(surface, start, np.radians([heading + 90.0]))
     offsets = np.asarray(_steps(layout) * _spacing(kind, layout), dtype=np.float64)
-    uv, cross = trace(surface, start, across, offsets)
+    uv, cross = trace(surface, start, across, offsets, TOLERANCE)
     strip = cross[0]
     fan = np.radians(_fan(layout))[:, None]
     return uv[:, 0], -strip.conormals * np.cos(fan) + strip.tangents * np.sin(fan)
@@ -64,21 +64,42 @@ def _fan(layout: LayoutSettings) -> FloatArray:
 
 def _lay_ties(
     surface: ReferenceSurface,
-    kind: SurfaceKind,
     layout: LayoutSettings,
     passes: Mapping[str, Strip],
     s: FloatArray,
 ) -> dict[str, Strip]:
-    """Geodesics square to the middle pass, beginning `TIE_LEAD` before the first pass."""
+    """Geodesics square to the middle pass, their middles upon it."""
     if layout.ties == 0:
         return {}
     places = layout.tie_places or tuple(np.linspace(0.1, 0.9, layout.ties + 2)[1:-1])
     middle = passes[f"P{(layout.passes + 1) // 2}"]
     index = np.rint(np.array(places) * (len(s) - 1)).astype(np.int64)
     uv = closest_point(surface, middle.points[index]).uv
-    lead = TIE_LEAD + (layout.passes - 1) // 2 * _spacing(kind, layout)
-    strips = geodesics(surface, uv, middle.conormals[index], s - lead)
-    return {f"T{k + 1}": strip for k, strip in enumerate(strips)}
+    return _run(surface, uv, middle.conormals[index], s - s[-1] / 2, "T")
+
+
+def _run(
+    surface: ReferenceSurface,
+    uv: FloatArray,
+    directions: FloatArray,
+    s: FloatArray,
+    letter: str,
+) -> dict[str, Strip]:
+    """Geodesics named by `letter`; raises `SettingsError` where one leaves the surface."""
+    paths, strips = trace(surface, uv, directions, s, TOLERANCE)
+    for k, strip in enumerate(strips):
+        if not np.isfinite(strip.frames).all() or not _within(surface, paths[:, k]):
+            raise SettingsError(
+                f"{letter}{k + 1} runs off the surface: choose another start, heading or spacing, "
+                "fewer passes or a shorter ribbon"
+            )
+    return {f"{letter}{k + 1}": strip for k, strip in enumerate(strips)}
+
+
+def _within(surface: ReferenceSurface, uv: FloatArray) -> bool:
+    """Whether all of uv (m, 2) lie in the surface's box, periodic parameters aside."""
+    inside = (uv >= surface.lower) & (uv <= surface.upper) | (np.array(surface.periods) > 0)
+    return bool(inside.all())
 
 
 class Curve:

@@ -2,10 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Literal
+
+from georibbon.errors import SettingsError
+from georibbon.simulation.poses import PLANS
 
 SurveyKind = Literal["starts", "ends", "distances"]
 SURVEY_KINDS: tuple[SurveyKind, ...] = ("starts", "ends", "distances")
+
+
+def _within(what: str, value: float, least: float, most: float) -> None:
+    if not (isfinite(value) and least <= value <= most):
+        raise SettingsError(f"{what} is {value:g}; give a value from {least:g} to {most:g}")
 
 
 @dataclass(frozen=True)
@@ -33,6 +42,19 @@ class RibbonSettings:
     hard_iron: float = 0.3
     soft_iron: float = 0.1
 
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        _within("sensors", self.sensors, 4, 256)
+        if self.magnetometer_axes not in (2, 3):
+            raise SettingsError(f"magnetometer axes are {self.magnetometer_axes}; give 2 or 3")
+        _within("the ribbon's length (m)", self.length, 0.1, 20.0)
+        _within("the rate (frames per second)", self.rate, 1.0, 10000.0)
+        for name in ("acceleration_noise", "field_noise", "bias", "scale", "cross_axis"):
+            _within(name, getattr(self, name), 0.0, 0.5)
+        _within("mounting (degrees)", self.mounting, 0.0, 30.0)
+        _within("hard_iron", self.hard_iron, 0.0, 5.0)
+        _within("soft_iron", self.soft_iron, 0.0, 0.5)
+
 
 @dataclass(frozen=True)
 class PoseSettings:
@@ -51,6 +73,14 @@ class PoseSettings:
     pitch_care: float = 3.0
     bend: float = 0.2
     table_tilt: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        if self.plan != 0 and self.plan not in PLANS:
+            known = ", ".join(str(number) for number in PLANS)
+            raise SettingsError(f"there is no plan of {self.plan} poses; choose {known}, or 0")
+        for name in ("heading_care", "pitch_care", "bend", "table_tilt"):
+            _within(f"{name} (degrees)", getattr(self, name), 0.0, 90.0)
 
 
 @dataclass(frozen=True)
@@ -76,6 +106,24 @@ class LayoutSettings:
     tie_places: tuple[float, ...] = ()
     contact: float = 0.25
 
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        _within("the number of passes", self.passes, 2, 1000)
+        _within("the number of ties", self.ties, 0, 100)
+        if self.spacing is not None:
+            _within("spacing (m)", self.spacing, 0.001, 2.0)
+        _within("heading (degrees)", self.heading or 0.0, -360.0, 360.0)
+        _within("fan (degrees)", self.fan, -45.0, 45.0)
+        _within("contact (degrees)", self.contact, 0.0, 30.0)
+        if self.fan_kind not in ("alternate", "spread"):
+            raise SettingsError(f"fan_kind is {self.fan_kind!r}; give 'alternate' or 'spread'")
+        if self.tie_places and len(self.tie_places) != self.ties:
+            raise SettingsError(
+                f"{len(self.tie_places)} tie places are given for {self.ties} ties; give one each"
+            )
+        for place in self.tie_places:
+            _within("a tie's place (fraction of the ribbon)", place, 0.0, 1.0)
+
 
 @dataclass(frozen=True)
 class SurveySettings:
@@ -90,6 +138,16 @@ class SurveySettings:
     mark_sigma: float = 0.0005
     distance_sigma: float = 0.0005
     crossing_sigma: float = 0.001
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        for kind in self.kinds:
+            if kind not in SURVEY_KINDS:
+                raise SettingsError(
+                    f"there is no survey kind {kind!r}; choose from {', '.join(SURVEY_KINDS)}"
+                )
+        for name in ("mark_sigma", "distance_sigma", "crossing_sigma"):
+            _within(f"{name} (m)", getattr(self, name), 1e-6, 0.1)
 
 
 @dataclass(frozen=True)
@@ -108,6 +166,12 @@ class FaultSettings:
     magnet_place: float | None = None
     magnet_reach: float = 0.12
     lost: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        _within("the magnet (of the field)", self.magnet, 0.0, 10.0)
+        _within("magnet_reach (m)", self.magnet_reach, 0.01, 10.0)
+        _within("the share of lost values", self.lost, 0.0, 0.9)
 
 
 @dataclass(frozen=True)
@@ -128,8 +192,15 @@ class SimulationSettings:
     layout: LayoutSettings = LayoutSettings()
     survey: SurveySettings = SurveySettings()
     faults: FaultSettings = FaultSettings()
-    dip: float = 64.0
+    dip: float = 62.0
     yaw: float | None = None
     tell_heading: bool = False
     frames: int = 100
     title: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing, with a `SettingsError`."""
+        _within("the dip (degrees)", self.dip, -89.0, 89.0)
+        _within("the yaw (degrees)", self.yaw or 0.0, -360.0, 360.0)
+        _within("frames in each file", self.frames, 2, 100000)
+        _within("the seed", self.seed, 0, 2**63)

@@ -46,16 +46,16 @@ def _elbow(bend: float, radius: float) -> Torus:
     return Torus(bend, radius, upright=True)
 
 
-def _lying(radius: float) -> Cylinder:
-    return Cylinder(radius)
+def _lying(radius: float, length: float) -> Cylinder:
+    return Cylinder(radius, length)
 
 
 def _wall(radius: float) -> Cylinder:
     return Cylinder(radius, upright=True)
 
 
-def _plane(tilt: float) -> Plane:
-    return Plane(tilt)
+def _plane(tilt: float, size: float) -> Plane:
+    return Plane(tilt, size, size)
 
 
 def spline_panel(size: float, relief: float, seed: float) -> BSplineSurface:
@@ -69,7 +69,7 @@ def spline_panel(size: float, relief: float, seed: float) -> BSplineSurface:
 
 
 SURFACES: Mapping[str, SurfaceKind] = {
-    "sphere": SurfaceKind("a ball of 0.9 m", _sphere, {"radius": 0.45}, spacing=0.11),
+    "sphere": SurfaceKind("a ball of 1 m", _sphere, {"radius": 0.5}, spacing=0.13),
     "dome": SurfaceKind("the top of a ball of 1.3 m", _sphere, {"radius": 0.65}, spacing=0.12),
     "ellipsoid": SurfaceKind(
         "a three-axis ellipsoid", Ellipsoid, {"a": 0.75, "b": 0.6, "c": 0.4}, spacing=0.11
@@ -113,10 +113,10 @@ SURFACES: Mapping[str, SurfaceKind] = {
         spacing=0.11,
     ),
     "cylinder": SurfaceKind(
-        "a pipe lying level, passes over it", _lying, {"radius": 0.5}, heading=15.0
+        "a pipe lying level, passes over it", _lying, {"radius": 0.5, "length": 3.0}, heading=15.0
     ),
     "wall": SurfaceKind("a curved vertical wall", _wall, {"radius": 1.0}),
-    "plane": SurfaceKind("a plane; tilt 90: a vertical wall", _plane, {"tilt": 0.0}),
+    "plane": SurfaceKind("a plane; tilt 90: a vertical wall", _plane, {"tilt": 0.0, "size": 3.0}),
     "spline": SurfaceKind(
         "a bicubic B-spline panel with random relief",
         spline_panel,
