@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -66,8 +67,6 @@ def test_the_locks_agree():
 
 
 def test_the_locks_hold_what_the_project_asks_for():
-    import tomllib
-
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     groups = project["dependency-groups"]
     asked = [*project["project"]["dependencies"], *groups["build"], *groups["test"]]

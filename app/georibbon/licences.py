@@ -1,13 +1,16 @@
 """The licences of what an installer of Georibbon would ship.
 
 Read from the installed packages' own metadata: Georibbon's requirements, what
-those require, and so on; never the tools that only build or test it.
+those require, and so on, and Python itself; never the tools that only build or test it.
 """
 
+import platform
 import re
+import sysconfig
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
 
 PROGRAM = "georibbon"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -26,9 +29,17 @@ class Licence:
 
 
 def licences() -> tuple[Licence, ...]:
-    """Georibbon's own licence first, then those of all it needs to run, by name."""
+    """Georibbon's own licence, Python's, then those of all it needs to run, by name."""
     own, *others = _closure(PROGRAM)
-    return tuple(_licence(d) for d in (own, *sorted(others, key=lambda d: _normal(d.name))))
+    packages = sorted(others, key=lambda package: _normal(package.name))
+    return (_licence(own), _python(), *(_licence(package) for package in packages))
+
+
+def _python() -> Licence:
+    """The interpreter's own; its text where this Python came with one."""
+    text = Path(sysconfig.get_path("stdlib"), "LICENSE.txt")
+    texts = (text.read_text(encoding="utf-8"),) if text.is_file() else ()
+    return Licence("Python", platform.python_version(), "PSF-2.0", texts)
 
 
 def _closure(name: str) -> list[Distribution]:
@@ -63,20 +74,20 @@ def _licence(package: Distribution) -> Licence:
 
 
 def _named(package: Distribution) -> str:
-    """What the metadata calls the licence: an expression, a short name or a classifier."""
-    metadata = package.metadata
-    expression = metadata.get("License-Expression")
-    if expression:
-        return expression
+    """What the metadata calls the licence: an expression, classifiers or a short name."""
+    expressions = _field(package, "License-Expression")
     classifiers = [
         line.rpartition("::")[2].strip()
-        for line in metadata.get_all("Classifier") or ()
+        for line in _field(package, "Classifier")
         if line.startswith("License ::") and line.count("::") > 1
     ]
-    if classifiers:
-        return ", ".join(classifiers)
-    first = (metadata.get("License") or "").strip().partition("\n")[0]
-    return first[:_LONGEST_NAME] or "see its licence text"
+    lines = [text.strip().partition("\n")[0] for text in _field(package, "License")]
+    names = expressions or classifiers or [line[:_LONGEST_NAME] for line in lines if line]
+    return ", ".join(names) or "see its licence text"
+
+
+def _field(package: Distribution, name: str) -> list[str]:
+    return [str(value) for value in package.metadata.get_all(name) or ()]
 
 
 def _texts(package: Distribution) -> tuple[str, ...]:

@@ -2,11 +2,14 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from georibbon.calibration.model import Calibration, CalibrationQuality
 from georibbon.cli.arguments import Parser
 from georibbon.cli.outputs import Outputs, check_endings
 from georibbon.cli.printing import print_notices
+
+if TYPE_CHECKING:
+    from georibbon.calibration.model import Calibration, CalibrationQuality
 
 DESCRIPTION = """\
 Calibrate a ribbon from the poses of a recording, and keep the result in a file.
@@ -52,7 +55,7 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"written: {arguments.output}")
 
 
-def _print(calibration: Calibration) -> None:
+def _print(calibration: "Calibration") -> None:
     used = sum(model.used for model in calibration.sensors)
     print(
         f"ribbon {calibration.ribbon_id}: {used} of {len(calibration.sensors)} sensors calibrated"
@@ -62,7 +65,7 @@ def _print(calibration: Calibration) -> None:
     print_notices(calibration.notices)
 
 
-def _print_quality(quality: CalibrationQuality) -> None:
+def _print_quality(quality: "CalibrationQuality") -> None:
     print(f"  from {quality.poses} poses, coverage {quality.coverage:.2f} (1 is even, 0 is flat)")
     print("  expected errors:")
     print(f"    tilt of a sensor       {quality.tilt:6.2f} degrees")

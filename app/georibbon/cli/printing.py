@@ -1,8 +1,14 @@
 """What several commands print."""
 
+import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from georibbon.notices import Notice
+
+if TYPE_CHECKING:
+    from georibbon.geometry.surface import Surface
+    from georibbon.reconstruction import FittedPass, Reconstruction
 
 
 def print_notices(notices: Iterable[Notice]) -> None:
@@ -15,3 +21,36 @@ def print_notices(notices: Iterable[Notice]) -> None:
 def counted(count: int, one: str, many: str | None = None) -> str:
     """Such as "1 pose" or "16 poses"."""
     return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def print_reconstruction(result: "Reconstruction") -> None:
+    """The result in a few lines: each pass, the survey, the surface, the notices."""
+    for fitted in result.passes:
+        length = fitted.strip.s[-1] - fitted.strip.s[0]
+        print(
+            f"{fitted.name:8} {fitted.kind:5} {length:.3f} m  "
+            f"sigma {1e3 * rms_sigma(fitted):.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
+            f"{fitted.quality.verdict}: {fitted.quality.reason}"
+        )
+    if result.surface is not None:
+        print_surface(result.surface)
+    print_notices(result.notices)
+
+
+def rms_sigma(fitted: "FittedPass") -> float:
+    """Metres: the root mean square, along a pass, of its position's standard deviation."""
+    traces = fitted.covariance.trace(axis1=1, axis2=2)
+    return math.sqrt(traces.mean())
+
+
+def print_surface(surface: "Surface") -> None:
+    """Its size, and every check that is not passed."""
+    triangles = counted(len(surface.mesh.triangles), "triangle")
+    passed = sum(check.verdict == "pass" for check in surface.checks)
+    print(
+        f"surface  {surface.area:.4f} m², {triangles}, "
+        f"{passed} of {counted(len(surface.checks), 'check')} passed"
+    )
+    for check in surface.checks:
+        if check.verdict != "pass":
+            print(f"check {check.verdict}: {check.code} ({check.where}): {check.message}")

@@ -1,0 +1,131 @@
+"""``georibbon demo``: all of it, once, on an object worth looking at."""
+
+import argparse
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from georibbon.cli import reconstruction
+from georibbon.cli.arguments import Parser
+from georibbon.cli.outputs import Outputs
+from georibbon.cli.printing import print_reconstruction
+from georibbon.errors import ExportError
+from georibbon.installation import resource
+
+if TYPE_CHECKING:
+    from georibbon.simulation import Score, SimulationSettings
+
+DESCRIPTION = """\
+Capture a virtual car bonnet with a virtual ribbon that is as imperfect as a real one,
+keep the capture as a session, reconstruct the surface from it, and compare with the
+truth.  Needs no ribbon and no display, and takes some seconds."""
+
+EPILOG = """\
+what comes out, in build/demo unless --output says otherwise:
+  demo.georibbon   the capture: raw counts, poses, passes, survey
+  surface.stl      the surface, in mm, for CAD and printing
+  surface.obj      the same with its normals
+  surface.png      a picture of it, coloured by its uncertainty
+  curves.csv       the passes, in metres, with normals and standard deviations
+  report.html      everything about the result, for people
+  report.json      the same for programs
+
+then try:
+  georibbon info build/demo/demo.georibbon
+  georibbon reconstruct build/demo/demo.georibbon --surface build/demo/thick.stl --thickness 3"""
+
+SESSION = "demo.georibbon"
+
+
+def configure(_name: str, parser: Parser) -> None:
+    """Describe the command and its arguments."""
+    parser.teach(DESCRIPTION, EPILOG)
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, default=Path("build/demo"),
+        help="the folder for the results, made if need be (default build/demo)",
+    )  # fmt: skip
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Simulate, keep, reconstruct, write, compare."""
+    from georibbon.reconstruction import reconstruct
+    from georibbon.session.file import create_session, read_session
+    from georibbon.simulation import score, simulate
+
+    folder: Path = arguments.output
+    wanted = _wanted(folder)
+    _make(folder)
+    with Outputs([folder / SESSION, *reconstruction.targets(wanted)]) as outputs:
+        simulation = simulate(_settings())
+        session = outputs.place(folder / SESSION)
+        create_session(session, simulation.recording)
+        recording = read_session(session)
+        result = reconstruct(recording, reconstruction.settings_from(wanted, recording))
+        reconstruction.write(result, outputs, wanted)
+    print_reconstruction(result)
+    _print_score(score(result, simulation.truth))
+    _print_places(outputs)
+
+
+def _wanted(folder: Path) -> argparse.Namespace:
+    """What `georibbon reconstruct` would be asked."""
+    parser = Parser(prog="georibbon demo")
+    reconstruction.configure("reconstruct", parser)
+    files = {
+        "--surface": ("surface.stl", "surface.obj"),
+        "--picture": ("surface.png",),
+        "--curves": ("curves.csv",),
+        "--report": ("report.json", "report.html"),
+    }
+    words = [str(folder / SESSION)]
+    for flag, names in files.items():
+        words += [f"{flag}={folder / name}" for name in names]
+    return parser.parse_args(words)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(
+            f"{folder}: the folder cannot be made ({error.strerror}); choose another place"
+        ) from error
+
+
+def _settings() -> "SimulationSettings":
+    """The virtual capture that resources/demonstration.toml describes."""
+    from georibbon.cli.simulation import with_setting
+    from georibbon.simulation import SimulationSettings
+
+    settings = SimulationSettings()
+    text = resource("demonstration.toml").read_text(encoding="utf-8")
+    for name, value in _flat(tomllib.loads(text)).items():
+        settings = with_setting(settings, name, value)
+    return settings
+
+
+def _flat(table: dict[str, Any], room: str = "") -> dict[str, Any]:
+    """Nested tables as dotted names, lists as tuples."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, f"{room}{key}.")
+        else:
+            flat[room + key] = tuple(value) if isinstance(value, list) else value
+    return flat
+
+
+def _print_score(found: "Score") -> None:
+    curves = found.curves.all
+    print("\nerror against the truth (rms, and the worst):")
+    print(f"  curves   {curves.rms:.2f} mm   (worst {curves.max:.2f})")
+    print(f"  normals  {curves.normal_rms:.2f} degrees   (worst {curves.normal_max:.2f})")
+    if found.surface_rms is not None:
+        print(f"  surface  {found.surface_rms:.2f} mm   (worst {found.surface_max:.2f})")
+
+
+def _print_places(outputs: Outputs) -> None:
+    print("\nresults:")
+    for target in outputs.targets:
+        print(f"  {target}")

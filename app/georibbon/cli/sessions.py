@@ -1,0 +1,111 @@
+"""``georibbon info``, ``import`` and ``export``: what is in a recording, and moving it."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from georibbon.cli.arguments import Parser
+from georibbon.cli.outputs import check_endings
+from georibbon.cli.printing import counted
+from georibbon.errors import SessionError
+
+if TYPE_CHECKING:
+    from georibbon.recording import Recording
+
+TEXTS = {
+    "info": (
+        """\
+Tell what a recording folder or a .georibbon session holds: the ribbon, its calibration
+poses, its passes and ties, the survey.  Everything is read and checked on the way.""",
+        """\
+examples:
+  georibbon info bonnet-recording
+  georibbon info bonnet.georibbon --json      for programs""",
+    ),
+    "import": (
+        """\
+Put a recording folder into a session file: one file that holds all raw counts, the
+poses, the passes and the survey.  Nothing is lost: `georibbon export` gives the same
+recording back.""",
+        """\
+example:
+  georibbon import bonnet-recording -o bonnet.georibbon""",
+    ),
+    "export": (
+        """\
+Write the raw data of a session as a recording folder: plain text, a recording.toml and
+one CSV file of counts for each pose and pass.""",
+        """\
+example:
+  georibbon export bonnet.georibbon --recording bonnet-recording""",
+    ),
+}
+
+
+def configure(name: str, parser: Parser) -> None:
+    """Describe the command and its arguments."""
+    parser.teach(*TEXTS[name])
+    if name == "info":
+        parser.add_argument(
+            "source", metavar="SOURCE", type=Path, help="recording folder or .georibbon session"
+        )
+        parser.add_argument("--json", action="store_true", help="print one JSON object")
+    elif name == "import":
+        parser.add_argument("recording", metavar="RECORDING", type=Path, help="recording folder")
+        parser.add_argument(
+            "-o", "--output", metavar="S.georibbon", type=Path, required=True,
+            help="the session file to make; one that is there already is never overwritten",
+        )  # fmt: skip
+    else:
+        parser.add_argument("session", metavar="S.georibbon", type=Path, help="session file")
+        parser.add_argument(
+            "--recording", metavar="DIR", type=Path, required=True,
+            help="the folder to make; it must be new or empty",
+        )  # fmt: skip
+    parser.set_defaults(run={"info": info, "import": import_, "export": export}[name])
+
+
+def import_(arguments: argparse.Namespace) -> None:
+    """Recording folder to session file."""
+    from georibbon.session.file import create_session
+    from georibbon.session.folder import read_recording
+
+    check_endings([arguments.output], (".georibbon",), "a session")
+    if arguments.output.exists():
+        raise SessionError(
+            f"{arguments.output}: there is such a file already and its data is not overwritten; "
+            "choose another name"
+        )
+    recording = read_recording(arguments.recording)
+    create_session(arguments.output, recording)
+    print(f"{_contents(recording)}\nwritten: {arguments.output}")
+
+
+def export(arguments: argparse.Namespace) -> None:
+    """Session file to recording folder."""
+    from georibbon.session.file import read_session
+    from georibbon.session.folder import write_recording
+
+    recording = read_session(arguments.session)
+    write_recording(recording, arguments.recording)
+    print(f"{_contents(recording)}\nwritten: {arguments.recording}")
+
+
+def info(arguments: argparse.Namespace) -> None:
+    """Tell what a source holds."""
+    from georibbon.session.describe import describe, describe_text
+    from georibbon.session.source import load_source
+
+    facts = describe(load_source(arguments.source))
+    print(
+        json.dumps(facts, indent=2, ensure_ascii=False) if arguments.json else describe_text(facts)
+    )
+
+
+def _contents(recording: "Recording") -> str:
+    passes = sum(run.kind == "pass" for run in recording.passes)
+    return (
+        f"ribbon {recording.ribbon.id}: {counted(len(recording.poses), 'pose')}, "
+        f"{counted(passes, 'pass', 'passes')}, {counted(len(recording.passes) - passes, 'tie')}"
+    )
