@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from georibbon.geometry.correspondence import Arrangement
+from georibbon.geometry.correspondence import PairMatch
 from georibbon.geometry.frames import arc_angles
-from georibbon.geometry.patch import PatchGrid, PatchSet, sampled
+from georibbon.geometry.patch import Patches, PatchGrid, PatchSet, sampled
 
 FloatArray = NDArray[np.float64]
 Verdict = Literal["pass", "warn", "fail"]
@@ -56,33 +56,35 @@ def graded(value: float, warn: float, fail: float) -> Verdict:
 
 
 def all_checks(
-    arrangement: Arrangement,
+    model: PatchSet,
     names: Sequence[str],
-    patches: PatchSet,
+    patches: Patches,
     grid: PatchGrid,
     frame_sigma: Sequence[FloatArray] | None,
 ) -> tuple[Check, ...]:
     """All checks of a surface.
 
-    names and frame_sigma (radians, (n,) each) are in the arrangement's order;
-    grid: the patches at patches.u and v from 0 to 1.
+    names and frame_sigma (radians, (n,) each) are in the model's order across;
+    patches: the model sampled along the passes; grid: the same, v from 0 to 1.
     """
     pairs = [pair_name(a, b) for a, b in pairwise(names)]
     expected = [None] * len(names) if frame_sigma is None else [rms(f) for f in frame_sigma]
     found = [
         heading_drift(spline, ends, sigma, name)
         for spline, ends, sigma, name in zip(
-            patches.splines, patches.match.ends, expected, names, strict=True
+            model.splines, model.match.ends, expected, names, strict=True
         )
     ]
     found += [
-        facing(bool(flip), name) for flip, name in zip(arrangement.flipped, names, strict=True)
+        facing(bool(flip), name)
+        for flip, name in zip(model.arrangement.flipped, names, strict=True)
     ]
     found += [seam(grid, i, name) for i, name in enumerate(names[1:-1])]
     for test in (fold, tear):
         found += [test(grid, i, pair) for i, pair in enumerate(pairs)]
-    for measure in (pinch, skew, normal_turn, gap, overlap):
+    for measure in (pinch, skew, normal_turn, gap):
         found += [measure(patches, i, pair) for i, pair in enumerate(pairs)]
+    found += [overlap(match, pair) for match, pair in zip(model.match.matches, pairs, strict=True)]
     return tuple(found)
 
 
@@ -179,14 +181,14 @@ def tear(grid: PatchGrid, i: int, pair: str) -> Check:
     return Check("tear", verdict, ratio, "", pair, message)
 
 
-def chord_lengths(patches: PatchSet, i: int) -> FloatArray:
+def chord_lengths(patches: Patches, i: int) -> FloatArray:
     """(k,) metres between strip i and the next at matched points."""
     chords = patches.rails.chords[i]
     length: FloatArray = np.sqrt(np.sum(chords * chords, axis=-1))
     return length
 
 
-def pinch(patches: PatchSet, i: int, pair: str) -> Check:
+def pinch(patches: Patches, i: int, pair: str) -> Check:
     """Whether two neighbours touch or cross: the least distance, and the side it is on."""
     least = float(chord_lengths(patches, i).min())
     sides = np.sum(patches.rails.chords[i] * patches.rails.frames[i, :, :, 1], axis=-1)
@@ -206,7 +208,7 @@ def pinch(patches: PatchSet, i: int, pair: str) -> Check:
     return Check("pinch", verdict, least * 1e3, "mm", pair, message)
 
 
-def skew(patches: PatchSet, i: int, pair: str) -> Check:
+def skew(patches: Patches, i: int, pair: str) -> Check:
     """How obliquely matched points lie across from each other: greatest |c . tau|."""
     length = np.maximum(chord_lengths(patches, i), 1e-12)
     tangents = patches.rails.frames[i : i + 2, :, :, 0]
@@ -227,7 +229,7 @@ def oblique(value: float) -> float:
     return float(np.degrees(np.arcsin(min(value, 1.0))))
 
 
-def normal_turn(patches: PatchSet, i: int, pair: str) -> Check:
+def normal_turn(patches: Patches, i: int, pair: str) -> Check:
     """The greatest angle between matched normals of two neighbours."""
     normals = patches.rails.frames[i : i + 2, :, :, 2]
     angle = float(np.degrees(arc_angles(normals[0], normals[1]).max()))
@@ -238,7 +240,7 @@ def normal_turn(patches: PatchSet, i: int, pair: str) -> Check:
     return Check("normal-turn", verdict, angle, "°", pair, message)
 
 
-def gap(patches: PatchSet, i: int, pair: str) -> Check:
+def gap(patches: Patches, i: int, pair: str) -> Check:
     """The mean distance of two neighbours over the median of all neighbours."""
     means = [float(np.mean(chord_lengths(patches, k))) for k in range(len(patches.control))]
     typical = float(np.median(means))
@@ -250,9 +252,8 @@ def gap(patches: PatchSet, i: int, pair: str) -> Check:
     return Check("gap", verdict, ratio, "", pair, message)
 
 
-def overlap(patches: PatchSet, i: int, pair: str) -> Check:
+def overlap(match: PairMatch, pair: str) -> Check:
     """The share of the shorter of two neighbours that lies across from the other."""
-    match = patches.match.matches[i]
     message = f"{pair} lie across from each other over {100.0 * match.overlap:.0f} % of the shorter"
     if match.by_feet and match.overlap >= OVERLAP_LIMIT:
         return Check("overlap", "pass", match.overlap, "", pair, message)

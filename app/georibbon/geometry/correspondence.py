@@ -12,6 +12,7 @@ outward from the middle pass, so that all patches share one parameter.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -30,7 +31,7 @@ END_SLACK = 1e-6
 LEAST_OVERLAP = 0.1
 
 
-def match_feet(  # noqa: PLR0917 - two curves of three arrays each, plain for callers with arrays
+def match_feet(
     points_a: FloatArray,
     tangents_a: FloatArray,
     s_a: FloatArray,
@@ -142,6 +143,16 @@ class PairMatch:
     overlap: float
     by_feet: bool
 
+    @cached_property
+    def forward(self) -> CubicSpline | PchipInterpolator:
+        """From places on a to those on b."""
+        return ascending(self.a, self.b)
+
+    @cached_property
+    def backward(self) -> CubicSpline | PchipInterpolator:
+        """From places on b to those on a."""
+        return ascending(self.b, self.a)
+
 
 def match_pair(a: Strip, b: Strip) -> PairMatch:
     """Match two strips that run the same way, by feet, covering both to their ends."""
@@ -153,6 +164,7 @@ def match_pair(a: Strip, b: Strip) -> PairMatch:
     overlap = min(on_a[-1] - on_a[0], on_b[-1] - on_b[0]) / shorter
     if overlap < LEAST_OVERLAP or (np.diff(on_a) <= 0.0).any() or (np.diff(on_b) <= 0.0).any():
         return PairMatch(a.s[[0, -1]], b.s[[0, -1]], float(max(overlap, 0.0)), False)
+    on_a, on_b = refined(on_a, on_b)
     along = 0.5 * (on_a + on_b)
     covered_a = covering(along, on_a, a.s[0], a.s[-1])
     covered_b = covering(along, on_b, b.s[0], b.s[-1])
@@ -175,6 +187,13 @@ def matched_core(a: Strip, b: Strip) -> tuple[FloatArray, FloatArray] | None:
     apart = np.concatenate([[True], np.diff(at) > END_SLACK])
     keep = valid & apart
     return (at[keep], t[keep]) if valid.all() else None
+
+
+def refined(on_a: FloatArray, on_b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same match (m,), (m,) four times as densely, so that it can be bent smoothly."""
+    number = np.arange(len(on_a))
+    dense = np.interp(np.linspace(0, number[-1], 4 * number[-1] + 1), number, on_a)
+    return dense, ascending(on_a, on_b)(dense)
 
 
 def covering(along: FloatArray, places: FloatArray, start: float, end: float) -> FloatArray:
@@ -215,25 +234,20 @@ class Correspondence:
         """(p, k) metres along each of the p strips at the parameters u (k,)."""
         rows = {self.middle: u}
         for i in range(self.middle, len(self.matches)):
-            match = self.matches[i]
-            rows[i + 1] = np.clip(mapped(match.a, match.b, rows[i]), *self.ends[i + 1])
+            rows[i + 1] = np.clip(self.matches[i].forward(rows[i]), *self.ends[i + 1])
         for i in range(self.middle - 1, -1, -1):
-            match = self.matches[i]
-            rows[i] = np.clip(mapped(match.b, match.a, rows[i + 1]), *self.ends[i])
+            rows[i] = np.clip(self.matches[i].backward(rows[i + 1]), *self.ends[i])
         return np.stack([rows[i] for i in range(len(rows))])
 
 
-def mapped(source: FloatArray, target: FloatArray, at: FloatArray) -> FloatArray:
-    """(k,) a strictly ascending curve through (source, target), both (m,), at places (k,).
+def ascending(source: FloatArray, target: FloatArray) -> CubicSpline | PchipInterpolator:
+    """A strictly ascending curve through (source, target), both (m,) and ascending.
 
     The twice differentiable cubic spline where it ascends, else the monotone
     piecewise cubic.
     """
     spline = CubicSpline(source, target)
-    if not ascends(spline):
-        spline = PchipInterpolator(source, target)
-    values: FloatArray = spline(at)
-    return values
+    return spline if ascends(spline) else PchipInterpolator(source, target)
 
 
 def ascends(spline: CubicSpline) -> bool:

@@ -12,14 +12,13 @@ reconstruction via geodesic interpolation, Computer-Aided Design 40, 2008):
 with d = |f1 - f0|.  All functions work on all patches and parameters at once.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 
-from georibbon.geometry.correspondence import Correspondence
+from georibbon.geometry.correspondence import Arrangement, Correspondence, correspond
 from georibbon.geometry.frames import Strip, frames_from, unit
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +29,7 @@ HERMITE = np.array(
 )
 LEAST_ADVANCE = 0.25
 PINCHED = 1e-3
+STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +67,6 @@ def sampled(spline: BSpline, s: FloatArray) -> tuple[FloatArray, FloatArray]:
     values = spline(s)
     tangents = unit(spline(s, nu=1)[:, :3])
     return values[:, :3], frames_from(tangents, values[:, 3:])
-
-
-def rails_at(splines: Sequence[BSpline], match: Correspondence, u: FloatArray) -> Rails:
-    """All strips at the common parameters u (k,)."""
-    pairs = [sampled(spline, s) for spline, s in zip(splines, match(u), strict=True)]
-    return Rails(np.stack([points for points, _ in pairs]), np.stack([f for _, f in pairs]))
 
 
 def safe_directions(rails: Rails) -> tuple[FloatArray, FloatArray]:
@@ -151,32 +145,56 @@ def basis(v: FloatArray, order: int = 0) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class PatchSet:
-    """All patches, as functions of u: strips, their match, and the control's slopes.
+class Patches:
+    """All patches at common parameters, with their derivatives along the passes.
 
-    u: (k,) metres, where the slopes are known; slopes: the spline through the
-    control (k, p-1, 4, 3) at u, used for derivatives along u alone.
+    rails: the strips at the k parameters.  control: (p-1, k, 4, 3) metres;
+    slope, bend: its first and second derivatives by u.
     """
 
-    splines: tuple[BSpline, ...]
-    match: Correspondence
-    u: FloatArray
     rails: Rails
     control: FloatArray
-    slopes: CubicSpline
-
-    def control_slope(self, u: FloatArray, order: int = 1) -> FloatArray:
-        """(p-1, k, 4, 3) derivative of the control along u at u (k,)."""
-        return np.moveaxis(self.slopes(u, nu=order), 0, 1)
+    slope: FloatArray
+    bend: FloatArray
 
 
-def patches(strips: Sequence[Strip], match: Correspondence, u: FloatArray) -> PatchSet:
-    """The patches between strips in order across, matched; u: (k,) where to sample slopes."""
-    splines = tuple(interpolant(strip) for strip in strips)
-    rails = rails_at(splines, match, u)
-    control = control_of(rails)
-    slopes = CubicSpline(u, np.moveaxis(control, 1, 0))
-    return PatchSet(splines, match, u, rails, control, slopes)
+@dataclass(frozen=True, eq=False)
+class PatchSet:
+    """What all patches are made from: the passes in order across, matched and interpolated."""
+
+    arrangement: Arrangement
+    match: Correspondence
+    splines: tuple[BSpline, ...]
+
+
+def patches_between(arrangement: Arrangement) -> PatchSet:
+    """Match and interpolate passes that are in order across."""
+    strips = arrangement.strips
+    return PatchSet(arrangement, correspond(strips), tuple(interpolant(s) for s in strips))
+
+
+def rails_at(model: PatchSet, u: FloatArray) -> Rails:
+    """All passes at the common parameters u (k,)."""
+    places = model.match(u)
+    pairs = [sampled(spline, s) for spline, s in zip(model.splines, places, strict=True)]
+    return Rails(np.stack([points for points, _ in pairs]), np.stack([f for _, f in pairs]))
+
+
+def patches_at(model: PatchSet, u: FloatArray) -> Patches:
+    """The patches at parameters u (k,), metres along the middle pass.
+
+    Derivatives are those of the parabola through three places a hundredth of a
+    millimetre apart around u, or beside it at the ends.
+    """
+    first, last = model.match.ends[model.match.middle]
+    centre = np.clip(u, first + STEP, last - STEP)
+    places = np.concatenate([u, centre - STEP, centre, centre + STEP])
+    rails = rails_at(model, places)
+    control, before, middle, after = np.split(control_of(rails), 4, axis=1)
+    bend = (before - 2.0 * middle + after) / STEP**2
+    slope = (after - before) / (2.0 * STEP) + (u - centre)[:, None, None] * bend
+    here = Rails(rails.points[:, : len(u)], rails.frames[:, : len(u)])
+    return Patches(here, control, slope, bend)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 
 from georibbon.errors import SettingsError, SurfaceError
 from georibbon.geometry.checks import Check, all_checks
-from georibbon.geometry.correspondence import Arrangement, arrange, correspond
+from georibbon.geometry.correspondence import arrange
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
 from georibbon.geometry.patch import (
+    Patches,
     PatchGrid,
     PatchSet,
     basis,
-    control_of,
     patch_grid,
-    patches,
-    rails_at,
+    patches_at,
+    patches_between,
 )
 
 __all__ = ["Check", "Surface", "SurfaceSettings", "build_surface"]
@@ -98,21 +98,20 @@ def build_surface(
     where the solid would fold over itself.
     """
     check_strips(strips, names)
-    arrangement = arrange(strips)
-    ordered_names = tuple(names[i] for i in arrangement.order)
-    match = correspond(arrangement.strips)
-    middle = arrangement.strips[match.middle]
-    u = np.linspace(middle.s[0], middle.s[-1], 2 * len(middle.s) - 1)
-    surface = patches(arrangement.strips, match, u)
-    grid = grid_of(surface)
-    nodes, counts = subdivided(surface, grid, settings.tolerance)
-    spread = None if sigmas is None else in_order(sigmas, arrangement)
-    mesh = triangulated(surface, nodes, counts, arrangement, spread)
-    expected = None if frame_sigma is None else in_order(frame_sigma, arrangement)
+    model = patches_between(arrange(strips))
+    ordered_names = tuple(names[i] for i in model.arrangement.order)
+    middle = model.arrangement.strips[model.match.middle]
+    u = np.linspace(middle.s[0], middle.s[-1], len(middle.s))
+    sample = patches_at(model, u)
+    grid = grid_of(sample)
+    nodes, counts = subdivided(sample, grid, u, settings.tolerance)
+    spread = None if sigmas is None else carried(model, in_order(sigmas, model), nodes)
+    mesh = triangulated(patches_at(model, nodes), counts, spread)
+    expected = None if frame_sigma is None else in_order(frame_sigma, model)
     return Surface(
         mesh=mesh,
         area=area(mesh),
-        checks=all_checks(arrangement, ordered_names, surface, grid, expected),
+        checks=all_checks(model, ordered_names, sample, grid, expected),
         solid=None if settings.thickness is None else thicken(mesh, settings.thickness),
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
@@ -144,27 +143,34 @@ def check_strips(strips: Sequence[Strip], names: Sequence[str]) -> None:
             )
 
 
-def in_order(values: Sequence[FloatArray], arrangement: Arrangement) -> list[FloatArray]:
-    """Values (n,) of each pass as given, put into the arrangement's order and direction."""
+def in_order(values: Sequence[FloatArray], model: PatchSet) -> list[FloatArray]:
+    """Values (n,) of each pass as given, put into the order across and the common direction."""
+    arrangement = model.arrangement
     return [
         values[i][::-1] if turned else values[i]
         for i, turned in zip(arrangement.order, arrangement.turned, strict=True)
     ]
 
 
-def grid_of(surface: PatchSet) -> PatchGrid:
-    """All patches (p-1, k, 9, 3) at the parameters where their slopes are known."""
-    normals = surface.rails.frames[..., 2]
-    return patch_grid(
-        surface.control,
-        surface.control_slope(surface.u),
-        (normals[:-1], normals[1:]),
-        np.linspace(0.0, 1.0, ANALYSIS_ROWS),
+def carried(model: PatchSet, values: Sequence[FloatArray], u: FloatArray) -> FloatArray:
+    """(p, k) values (n,) of each pass, in order across, at the parameters u (k,)."""
+    strips, places = model.arrangement.strips, model.match(u)
+    return np.stack(
+        [np.interp(s, strip.s, of) for s, strip, of in zip(places, strips, values, strict=True)]
     )
 
 
-def subdivided(surface: PatchSet, grid: PatchGrid, tolerance: float) -> tuple[FloatArray, IntArray]:
-    """Where to cut: parameters u (k,), and for each patch the number of cuts across (p-1,).
+def grid_of(sample: Patches) -> PatchGrid:
+    """All patches (p-1, k, 9, 3), v from 0 to 1."""
+    normals = sample.rails.frames[..., 2]
+    v = np.linspace(0.0, 1.0, ANALYSIS_ROWS)
+    return patch_grid(sample.control, sample.slope, (normals[:-1], normals[1:]), v)
+
+
+def subdivided(
+    sample: Patches, grid: PatchGrid, u: FloatArray, tolerance: float
+) -> tuple[FloatArray, IntArray]:
+    """Where to cut: parameters (k,), and for each patch the number of cuts across (p-1,).
 
     A triangle of a right-angled cell a by b leaves the patch by at most
     (|L| a² + 2 |M| a b + |N| b²) / 8 with L, M, N the second derivatives' parts
@@ -172,24 +178,18 @@ def subdivided(surface: PatchSet, grid: PatchGrid, tolerance: float) -> tuple[Fl
     carried in detail.  Raises SurfaceError where the triangles would be too many.
     """
     v = np.linspace(0.0, 1.0, ANALYSIS_ROWS)
-    slope = surface.control_slope(surface.u)
     normals = grid.normals
-    along = normal_part(basis(v) @ surface.control_slope(surface.u, 2), normals)
-    twist = normal_part(basis(v, 1) @ slope, normals)
-    across = normal_part(basis(v, 2) @ surface.control, normals)
+    stretch = 8.0 * STRETCH_SHARE * tolerance
     speed_u = np.sqrt(np.sum(grid.along**2, axis=-1))
     speed_v = np.sqrt(np.sum(grid.across**2, axis=-1))
-    twist_rate = twist / np.maximum(speed_u * speed_v, 1e-12)
-    twist_density = np.sqrt(twist_rate / (4.0 * TWIST_SHARE * tolerance))
-    share = 8.0 * STRETCH_SHARE * tolerance
-    density_v = np.maximum.reduce(
-        [np.sqrt(across / share), speed_v / GREATEST_EDGE, speed_v * twist_density]
-    )
-    counts = np.ceil(density_v.max(axis=(1, 2))).astype(np.int64)
-    density_u = np.maximum.reduce(
-        [np.sqrt(along / share), speed_u / GREATEST_EDGE, speed_u * twist_density]
-    ).max(axis=(0, 2))
-    return equal_shares(surface.u, density_u, int(counts.sum())), counts
+    twist = normal_part(basis(v, 1) @ sample.slope, normals)
+    rate = np.sqrt(twist / np.maximum(speed_u * speed_v, 1e-12) / (4.0 * TWIST_SHARE * tolerance))
+    rate = np.maximum(rate, 1.0 / GREATEST_EDGE)
+    along = np.sqrt(normal_part(basis(v) @ sample.bend, normals) / stretch)
+    across = np.sqrt(normal_part(basis(v, 2) @ sample.control, normals) / stretch)
+    density = np.maximum(along, speed_u * rate).max(axis=(0, 2))
+    counts = np.ceil(np.maximum(across, speed_v * rate).max(axis=(1, 2))).astype(np.int64)
+    return equal_shares(u, density, int(counts.sum())), counts
 
 
 def normal_part(derivative: FloatArray, normals: FloatArray) -> FloatArray:
@@ -215,53 +215,34 @@ def equal_shares(u: FloatArray, density: FloatArray, columns: int) -> FloatArray
     return nodes
 
 
-def triangulated(
-    surface: PatchSet,
-    u: FloatArray,
-    counts: IntArray,
-    arrangement: Arrangement,
-    sigmas: list[FloatArray] | None,
-) -> Mesh:
-    """The mesh of all patches on one grid: rows at u (k,), counts (p-1,) columns a patch.
+def triangulated(patches: Patches, counts: IntArray, spread: FloatArray | None) -> Mesh:
+    """The mesh of all patches on one grid, with counts (p-1,) columns a patch.
 
     Neighbouring patches share the vertices on the pass between them, which
-    carry the pass's own normals.  sigmas: (n,) metres a strip; between strips
-    the variances are blended linearly.
+    carry the pass's own normals.  spread: (p, k) metres, standard deviations on
+    the passes; between them the variances are blended linearly.
     """
-    rails = rails_at(surface.splines, surface.match, u)
-    control, slope = control_of(rails), surface.control_slope(u)
-    normals = rails.frames[..., 2]
-    points = [rails.points[0][:, None]]
-    facing = [normals[0][:, None]]
-    shares = [np.zeros(1)]
+    normals = patches.rails.frames[..., 2]
+    points = [patches.rails.points[0][:, None]]
+    facing, shares = [normals[0][:, None]], [np.zeros(1)]
     for i, count in enumerate(counts):
         v = np.arange(1, count + 1) / count
-        grid = patch_grid(control[i], slope[i], (normals[i], normals[i + 1]), v)
-        points += [grid.points[:, :-1], rails.points[i + 1][:, None]]
+        ends = (normals[i], normals[i + 1])
+        grid = patch_grid(patches.control[i], patches.slope[i], ends, v)
+        points.append(grid.points)
         facing += [grid.normals[:, :-1], normals[i + 1][:, None]]
         shares.append(i + v)
-    spread = None
-    if sigmas is not None:
-        places = surface.match(u)
-        spread = blended(arrangement.strips, places, sigmas, np.concatenate(shares))
-    return grid_mesh(np.concatenate(points, axis=1), np.concatenate(facing, axis=1), spread)
+    sigma = None if spread is None else blended(spread, np.concatenate(shares))
+    return grid_mesh(np.concatenate(points, axis=1), np.concatenate(facing, axis=1), sigma)
 
 
-def blended(
-    strips: Sequence[Strip], places: FloatArray, sigmas: list[FloatArray], shares: FloatArray
-) -> FloatArray:
-    """(k, w) metres: standard deviations at places (p, k) on strips, their squares blended across.
+def blended(spread: FloatArray, shares: FloatArray) -> FloatArray:
+    """(k, w) metres: standard deviations (p, k) on passes, their squares blended across.
 
-    shares: (w,), for each column the strip before it plus its share of the way to the next.
+    shares: (w,), for each column the pass before it plus its share of the way to the next.
     """
-    squares = np.stack(
-        [
-            np.interp(place, strip.s, sigma) ** 2
-            for strip, place, sigma in zip(strips, places, sigmas, strict=True)
-        ],
-        axis=1,
-    )
-    first = np.minimum(shares.astype(int), len(strips) - 2)
+    squares = spread.T**2
+    first = np.minimum(shares.astype(int), len(spread) - 2)
     part = shares - first
-    spread: FloatArray = np.sqrt((1.0 - part) * squares[:, first] + part * squares[:, first + 1])
-    return spread
+    sigma: FloatArray = np.sqrt((1.0 - part) * squares[:, first] + part * squares[:, first + 1])
+    return sigma
