@@ -224,11 +224,9 @@ class Cone(ReferenceSurface):
         return (2 * np.pi, 0.0)
 
     def jet(self, uv: FloatArray) -> Jet:
-        """p = v (sin a sin u, sin a cos u, -cos a): u runs clockwise so that the normal is out."""
+        """p = v (sin a cos u, -sin a sin u, -cos a): clockwise, so that the normal is out."""
         sin, cos = np.sin(np.radians(self.half_angle)), np.cos(np.radians(self.half_angle))
         su, cu, v = np.sin(uv[:, 0]), np.cos(uv[:, 0]), uv[:, 1]
-        # Clockwise azimuth times outward slant gives an inward cross product;
-        # the azimuth therefore runs counter-clockwise from +x.
         return Jet(
             _stack(v * sin * cu, v * sin * -su, -v * cos),
             _stack(v * sin * -su, v * sin * -cu, np.zeros_like(v)),
