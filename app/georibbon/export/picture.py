@@ -10,7 +10,7 @@ from georibbon.reconstruction import Reconstruction
 
 
 def write_picture(
-    reconstruction: Reconstruction, path: Path, size: tuple[int, int] = (1600, 1200)
+    reconstruction: Reconstruction, path: Path, size: tuple[int, int] = (1600, 1000)
 ) -> None:
     """Write the 3D scene of a result to a .png file of (width, height) pixels.
 
@@ -30,18 +30,18 @@ def picture(reconstruction: Reconstruction, size: tuple[int, int]) -> bytes:
 
 def png(pixels: NDArray[np.uint8]) -> bytes:
     """(height, width, 3) uint8, upper row first, as the bytes of a PNG file."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkIOImage import vtkPNGWriter
-    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    from georibbon.scene.arrays import from_vtk, to_vtk
 
     height, width, _ = pixels.shape
     image = vtkImageData()
     image.SetDimensions(width, height, 1)
-    flat = np.ascontiguousarray(pixels[::-1]).reshape(-1, 3)
-    image.GetPointData().SetScalars(numpy_to_vtk(flat, deep=True))
+    image.GetPointData().SetScalars(to_vtk(pixels[::-1].reshape(-1, 3)))
     writer = vtkPNGWriter()
     writer.SetInputData(image)
     writer.WriteToMemoryOn()
     writer.Write()
-    return vtk_to_numpy(writer.GetResult()).tobytes()
+    data: bytes = from_vtk(writer.GetResult()).tobytes()
+    return data

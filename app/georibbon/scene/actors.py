@@ -1,7 +1,8 @@
 """What stands in the scene: the surface, the passes, the survey's points, the floor."""
 
+from itertools import pairwise
+
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkTubeFilter
@@ -15,9 +16,9 @@ from vtkmodules.vtkRenderingCore import (
 
 from georibbon.geometry.mesh import IntArray, Mesh
 from georibbon.ribbon import FloatArray
+from georibbon.scene.arrays import to_ids, to_vtk
 from georibbon.scene.colours import INK, PLAIN_SURFACE, Colour, quantity_table
-
-_LONGEST_LABEL = 24
+from georibbon.scene.text import plain_label, style
 
 
 def look_up_table(low: float, high: float) -> vtkLookupTable:
@@ -34,7 +35,7 @@ def look_up_table(low: float, high: float) -> vtkLookupTable:
 def polydata(points: FloatArray) -> vtkPolyData:
     """A data set of (n, 3) points, single precision, with no cells yet."""
     holder = vtkPoints()
-    holder.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=True))
+    holder.SetData(to_vtk(points.astype(np.float32)))
     data = vtkPolyData()
     data.SetPoints(holder)
     return data
@@ -45,8 +46,8 @@ def cells(lists: list[IntArray]) -> vtkCellArray:
     offsets = np.concatenate(([0], np.cumsum([len(one) for one in lists]))).astype(np.int64)
     array = vtkCellArray()
     array.SetData(
-        numpy_to_vtkIdTypeArray(offsets, deep=True),
-        numpy_to_vtkIdTypeArray(np.concatenate(lists).astype(np.int64), deep=True),
+        to_ids(offsets),
+        to_ids(np.concatenate(lists)),
     )
     return array
 
@@ -55,12 +56,9 @@ def surface_data(mesh: Mesh) -> vtkPolyData:
     """The mesh with its normals and, where it has them, its sigmas in millimetres."""
     data = polydata(mesh.vertices)
     triangles = vtkCellArray()
-    triangles.SetData(
-        3, numpy_to_vtkIdTypeArray(mesh.triangles.astype(np.int64).ravel(), deep=True)
-    )
+    triangles.SetData(3, to_ids(mesh.triangles.ravel()))
     data.SetPolys(triangles)
-    normals = np.ascontiguousarray(mesh.normals, dtype=np.float32)
-    data.GetPointData().SetNormals(numpy_to_vtk(normals, deep=True))
+    data.GetPointData().SetNormals(to_vtk(mesh.normals.astype(np.float32)))
     if mesh.sigma is not None:
         _set_scalars(data, mesh.sigma * 1e3)
     return data
@@ -150,31 +148,22 @@ def label_actor(text: str, at: FloatArray, size: int) -> vtkBillboardTextActor3D
     actor.SetInput(plain_label(text))
     actor.SetPosition(*(float(value) for value in at))
     look = actor.GetTextProperty()
-    look.SetFontSize(size)
-    look.SetColor(*INK)
-    look.BoldOn()
+    style(look, size, bold=True)
     look.SetJustificationToCentered()
     look.SetVerticalJustificationToCentered()
     return actor
-
-
-def plain_label(text: str) -> str:
-    """A name as a label: short, on one line, and without VTK's sign for formulas."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
-    line = line.replace("$", "＄")
-    return line if len(line) <= _LONGEST_LABEL else line[: _LONGEST_LABEL - 1] + "…"
 
 
 def line_data(curves: list[FloatArray]) -> vtkPolyData:
     """Polylines through curves of (n, 3) points each."""
     data = polydata(np.concatenate(curves))
     starts = np.cumsum([0] + [len(curve) for curve in curves])
-    data.SetLines(cells([np.arange(a, b) for a, b in zip(starts[:-1], starts[1:], strict=True)]))
+    data.SetLines(cells([np.arange(a, b) for a, b in pairwise(starts)]))
     return data
 
 
 def _set_scalars(data: vtkPolyData, values: FloatArray) -> None:
-    array = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float32), deep=True)
+    array = to_vtk(values.astype(np.float32))
     array.SetName("sigma")
     data.GetPointData().SetScalars(array)
 

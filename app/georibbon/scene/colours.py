@@ -16,6 +16,7 @@ _ANCHORS = "440154 472d7b 3b528b 2c728e 21918c 28ae80 5ec962 addc30 fde725"
 BACKGROUND: Colour = (1.0, 1.0, 1.0)
 INK: Colour = (0.13, 0.15, 0.18)
 GRID: Colour = (0.80, 0.82, 0.85)
+GRID_WORDS: Colour = (0.40, 0.42, 0.46)
 PLAIN_SURFACE: Colour = (0.62, 0.70, 0.78)
 PASS: Colour = (0.10, 0.11, 0.13)
 TIE: Colour = (0.84, 0.33, 0.10)
@@ -27,7 +28,8 @@ def quantity_table(size: int = 256) -> NDArray[np.uint8]:
     anchors = np.array([list(bytes.fromhex(word)) for word in _ANCHORS.split()], dtype=float)
     at = np.linspace(0, len(anchors) - 1, size)
     columns = [np.interp(at, np.arange(len(anchors)), column) for column in anchors.T]
-    return np.rint(np.column_stack(columns)).astype(np.uint8)
+    table: NDArray[np.uint8] = np.rint(np.column_stack(columns)).astype(np.uint8)
+    return table
 
 
 def round_step(width: float, parts: int) -> float:
@@ -48,4 +50,8 @@ def round_range(low: float, high: float, parts: int = 6) -> tuple[float, float, 
     if high <= low:
         low, high = 0.0, 1.0
     step = round_step(high - low, parts)
-    return float(np.floor(low / step + 1e-9)) * step, float(np.ceil(high / step - 1e-9)) * step, step
+    return (
+        float(np.floor(low / step + 1e-9)) * step,
+        float(np.ceil(high / step - 1e-9)) * step,
+        step,
+    )

@@ -1,14 +1,17 @@
 """The scene as a picture, with or without a display."""
 
+import sys
+
 import numpy as np
 import vtkmodules.vtkRenderingFreeType
 import vtkmodules.vtkRenderingOpenGL2
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from georibbon.reconstruction import Reconstruction
+from georibbon.scene.arrays import from_vtk
+from georibbon.scene.egl import require_egl
 from georibbon.scene.scene import Scene
 
 # Loaded for what loading does: they register the drawing of text and of everything else.
@@ -20,7 +23,7 @@ _LINES_OF_TEXT = 55  # that would fill a picture's height
 def render(reconstruction: Reconstruction, size: tuple[int, int]) -> NDArray[np.uint8]:
     """A picture of a result, (height, width, 3) uint8, sRGB, upper row first.
 
-    size: (width, height), pixels.
+    size: (width, height), pixels.  Raises ExportError where the system cannot draw.
     """
     width, height = size
     scene = Scene(reconstruction, font_size=round(height / _LINES_OF_TEXT))
@@ -39,10 +42,13 @@ def offscreen_window(size: tuple[int, int]) -> vtkRenderWindow:
 
     On Linux it is asked of EGL, which draws by software where there is no
     graphics card; VTK's own choice would try an X display first and complain on
-    standard error when there is none.
+    standard error when there is none.  Raises ExportError where EGL is missing.
     """
-    make = getattr(vtkmodules.vtkRenderingOpenGL2, "vtkEGLRenderWindow", vtkRenderWindow)
-    window: vtkRenderWindow = make()
+    if sys.platform == "linux":
+        require_egl()
+        window: vtkRenderWindow = vtkmodules.vtkRenderingOpenGL2.vtkEGLRenderWindow()
+    else:
+        window = vtkRenderWindow()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(_SAMPLES)
     window.SetSize(*size)
@@ -53,5 +59,5 @@ def _pixels(window: vtkRenderWindow) -> NDArray[np.uint8]:
     width, height = window.GetSize()
     data = vtkUnsignedCharArray()
     window.GetPixelData(0, 0, width - 1, height - 1, 1, data, 0)
-    rows: NDArray[np.uint8] = vtk_to_numpy(data).reshape(height, width, 3)
+    rows: NDArray[np.uint8] = from_vtk(data).reshape(height, width, 3)
     return rows[::-1].copy()

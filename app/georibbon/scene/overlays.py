@@ -2,9 +2,10 @@
 
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingAnnotation import vtkAxesActor, vtkScalarBarActor
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor, vtkTextProperty
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
 
-from georibbon.scene.colours import INK
+from georibbon.scene.colours import Colour
+from georibbon.scene.text import style
 
 _AXIS_COLOURS = ((0.75, 0.15, 0.15), (0.10, 0.50, 0.20), (0.15, 0.30, 0.75))
 
@@ -16,7 +17,7 @@ def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarB
     bar.SetLookupTable(table)
     bar.SetTitle("Position\nuncertainty\n1σ, mm\n")
     bar.SetNumberOfLabels(round((high - low) / step) + 1)
-    bar.SetLabelFormat("{:.2f}" if step < 0.1 else "{:.1f}")
+    bar.SetLabelFormat(" %.2f" if step < 0.1 else " %.1f")
     bar.UnconstrainedFontSizeOn()
     bar.SetMaximumNumberOfColors(256)
     bar.SetPosition(0.88, 0.16)
@@ -24,19 +25,21 @@ def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarB
     bar.SetHeight(0.66)
     bar.SetBarRatio(0.28)
     for look in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
-        _ink(look, font_size)
+        style(look, font_size)
     bar.GetTitleTextProperty().SetJustificationToLeft()
     return bar
 
 
-def note(text: str, font_size: int) -> vtkTextActor:
-    """A line of small text at the lower edge, right of the axes."""
-    actor = vtkTextActor()
-    actor.SetInput(text)
-    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-    actor.SetPosition(0.17, 0.035)
-    _ink(actor.GetTextProperty(), font_size)
-    return actor
+def key(lines: list[tuple[str, Colour]], font_size: int) -> list[vtkTextActor]:
+    """What the signs mean: one line of text each, right of the axes, the first on top."""
+    actors = []
+    for index, (text, colour) in enumerate(reversed(lines)):
+        actor = vtkTextActor()
+        actor.SetInput(text)
+        actor.SetPosition(12 * font_size, (1.2 + 1.5 * index) * font_size)
+        style(actor.GetTextProperty(), font_size, colour)
+        actors.append(actor)
+    return actors
 
 
 def axes_renderer(font_size: int) -> vtkRenderer:
@@ -58,8 +61,7 @@ def axes_renderer(font_size: int) -> vtkRenderer:
         tip().SetColor(*colour)
         caption().GetTextActor().SetTextScaleModeToNone()
         look = caption().GetCaptionTextProperty()
-        _ink(look, font_size)
-        look.SetColor(*colour)
+        style(look, font_size, colour)
     axes.SetXAxisLabelText("x")
     axes.SetYAxisLabelText("y")
     axes.SetZAxisLabelText("z")
@@ -68,12 +70,3 @@ def axes_renderer(font_size: int) -> vtkRenderer:
     renderer.InteractiveOff()
     renderer.AddActor(axes)
     return renderer
-
-
-def _ink(look: vtkTextProperty, size: int) -> None:
-    look.SetFontFamilyToArial()
-    look.SetFontSize(size)
-    look.SetColor(*INK)
-    look.BoldOff()
-    look.ItalicOff()
-    look.ShadowOff()

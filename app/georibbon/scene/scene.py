@@ -11,10 +11,11 @@ from georibbon.scene.camera import Region, fit_view, view_direction
 from georibbon.scene.colours import (
     BACKGROUND,
     GRID,
-    INK,
+    GRID_WORDS,
     MARK,
     PASS,
     TIE,
+    Colour,
     round_range,
     round_step,
 )
@@ -44,6 +45,7 @@ class Scene:
         self.renderer.SetBackground(*BACKGROUND)
         self.overlay = overlays.axes_renderer(font_size)
         self._font_size = font_size
+        self._key: list[tuple[str, Colour]] = []
         self._result = reconstruction
         self._curves = [fitted.strip.points for fitted in reconstruction.passes]
         self._points = _extent(reconstruction)
@@ -58,6 +60,8 @@ class Scene:
         self._add_floor()
         if table is not None:
             self._add(overlays.scalar_bar(table, step, font_size))
+        for line in overlays.key(self._key, font_size):
+            self._add(line)
         self._lights = vtkLightKit()
         self._lights.AddLightsToRenderer(self.renderer)
 
@@ -93,9 +97,7 @@ class Scene:
     def _add(self, prop: vtkProp) -> None:
         self.renderer.AddViewProp(prop)
 
-    def _table(
-        self, fixed: tuple[float, float] | None
-    ) -> tuple[vtkLookupTable | None, float]:
+    def _table(self, fixed: tuple[float, float] | None) -> tuple[vtkLookupTable | None, float]:
         values = _uncertainty(self._result)
         if values is None:
             return None, 0.0
@@ -118,6 +120,8 @@ class Scene:
                 curves = [fitted.strip.points for fitted in some]
                 sigma = [_sigma(fitted) for fitted in some]
                 self._add(actors.tube_actor(curves, self._size * _TUBE, colour, sigma, bare))
+                if bare is None:
+                    self._key.append((f"━ {kind}", colour))
         every = -(-len(self._result.passes) // _MOST_LABELS)
         for fitted in self._result.passes[::every]:
             strip = fitted.strip
@@ -135,8 +139,10 @@ class Scene:
                 points.append(ends.mean(axis=0))
         if points:
             self._add(actors.sphere_actor(np.array(points), self._size * _BALL, MARK))
+            self._key.append(("● mark or crossing", MARK))
         if spans:
             self._add(actors.line_actor(spans, MARK, 1.5))
+            self._key.append(("─ measured distance", MARK))
 
     def _add_floor(self) -> None:
         low, high = self._points.min(axis=0), self._points.max(axis=0)
@@ -147,8 +153,7 @@ class Scene:
         lines = _grid(np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step, step, level)
         self._add(actors.line_actor(lines, GRID, 1.0))
         self._points = np.concatenate((self._points, *lines))
-        words = f"grid {step * 1e3:g} mm"
-        self._add(overlays.note(words, self._font_size))
+        self._key.append((f"┼ grid, {step * 1e3:g} mm", GRID_WORDS))
 
 
 def _extent(result: Reconstruction) -> FloatArray:

@@ -1,0 +1,177 @@
+"""What a report says, as plain data: numbers, words, lists and tables by name."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from georibbon import __version__
+from georibbon.calibration.model import Calibration
+from georibbon.export.curves import position_sigma
+from georibbon.notices import Notice
+from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual, Verdict
+from georibbon.ribbon import Ribbon
+
+_RANKS: tuple[Verdict, ...] = ("good", "acceptable", "redo")
+_OF_CHECK: Mapping[str, Verdict] = {"pass": "good", "warn": "acceptable", "fail": "redo"}
+_DIGITS = 6
+
+
+def report_data(
+    reconstruction: Reconstruction, *, source: str, unit: str, files: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The report as JSON holds it: only str, int, float, bool, None, lists and dicts.
+
+    source: what was reconstructed; unit: of the surface files; files: the names
+    of the files written beside.  Names end with their unit (_mm, _m, _deg).
+    Numbers that are not finite become None; all have six significant digits.
+    """
+    verdict, reasons = overall(reconstruction)
+    data = {
+        "georibbon": __version__,
+        "source": source,
+        "method": reconstruction.method,
+        "unit": unit,
+        "files": list(files),
+        "quality": verdict,
+        "quality_reasons": reasons,
+        "ribbon": _ribbon(reconstruction.ribbon),
+        "calibration": _calibration(reconstruction.calibration),
+        "passes": [_pass(fitted) for fitted in reconstruction.passes],
+        "survey": [_observation(seen) for seen in reconstruction.survey],
+        "surface": _surface(reconstruction),
+        "notices": [_notice(notice) for notice in all_notices(reconstruction)],
+    }
+    plain: dict[str, Any] = _plain(data)
+    return plain
+
+
+def overall(reconstruction: Reconstruction) -> tuple[Verdict, list[str]]:
+    """The worst verdict among passes and checks, and a sentence for each that is not good."""
+    found: list[tuple[Verdict, str]] = [
+        (fitted.quality.verdict, f"{fitted.name}: {fitted.quality.reason}")
+        for fitted in reconstruction.passes
+    ]
+    if reconstruction.surface is not None:
+        found += [
+            (
+                _OF_CHECK[check.verdict],
+                f"{check.where}: {check.message}" if check.where else check.message,
+            )
+            for check in reconstruction.surface.checks
+        ]
+    found.sort(key=lambda entry: -_RANKS.index(entry[0]))
+    worst: Verdict = found[0][0] if found else "good"
+    return worst, [f"{reason} ({verdict})" for verdict, reason in found if verdict != "good"]
+
+
+def all_notices(reconstruction: Reconstruction) -> list[Notice]:
+    """The notices of the result and those of its calibration, none twice."""
+    return list(dict.fromkeys((*reconstruction.calibration.notices, *reconstruction.notices)))
+
+
+def _ribbon(ribbon: Ribbon) -> dict[str, Any]:
+    return {
+        "id": ribbon.id,
+        "length_m": ribbon.length,
+        "accelerometers": len(ribbon.indices("accelerometer")),
+        "magnetometers": len(ribbon.indices("magnetometer")),
+    }
+
+
+def _calibration(calibration: Calibration) -> dict[str, Any]:
+    quality = calibration.quality
+    return {
+        "ribbon": calibration.ribbon_id,
+        "dip_deg": math.degrees(calibration.dip),
+        "sensors_ignored": [
+            {"sensor": model.name, "reason": model.reason}
+            for model in calibration.sensors
+            if not model.used
+        ],
+        "quality": quality
+        and {
+            "poses": quality.poses,
+            "tilt_deg": quality.tilt,
+            "heading_deg": quality.heading,
+            "gauge_deg": quality.gauge,
+            "accelerometer_mg": quality.accelerometer_mg,
+            "magnetometer_percent": quality.magnetometer_percent,
+            "coverage": quality.coverage,
+            "accelerometer_residual_mg": quality.accelerometer_residual_mg,
+            "magnetometer_residual_percent": quality.magnetometer_residual_percent,
+        },
+    }
+
+
+def _pass(fitted: FittedPass) -> dict[str, Any]:
+    sigma = position_sigma(fitted)
+    return {
+        "name": fitted.name,
+        "kind": fitted.kind,
+        "length_m": fitted.strip.s[-1] - fitted.strip.s[0],
+        "position_sigma_mm": 1e3 * np.sqrt(np.mean(sigma**2)),
+        "position_sigma_max_mm": 1e3 * np.max(sigma),
+        "normal_sigma_deg": np.degrees(np.sqrt(np.mean(fitted.normal_sigma**2))),
+        "residual_rms": fitted.residual_rms,
+        "smoothing_mm": 1e3 * fitted.smoothing,
+        "sensors_ignored": list(fitted.sensors_ignored),
+        "quality": fitted.quality.verdict,
+        "quality_reason": fitted.quality.reason,
+    }
+
+
+def _observation(seen: SurveyResidual) -> dict[str, Any]:
+    return {
+        "kind": seen.kind,
+        "passes": list(seen.passes),
+        "at_m": list(seen.at),
+        "residual_mm": 1e3 * seen.residual,
+        "sigma_mm": 1e3 * seen.sigma,
+        "ratio": seen.ratio,
+    }
+
+
+def _surface(reconstruction: Reconstruction) -> dict[str, Any] | None:
+    surface = reconstruction.surface
+    if surface is None:
+        return None
+    return {
+        "area_m2": surface.area,
+        "triangles": len(surface.mesh.triangles),
+        "checks": [
+            {
+                "code": check.code,
+                "verdict": check.verdict,
+                "value": check.value,
+                "unit": check.unit,
+                "where": check.where,
+                "message": check.message,
+            }
+            for check in surface.checks
+        ],
+    }
+
+
+def _notice(notice: Notice) -> dict[str, Any]:
+    data = {"code": notice.code, "message": notice.message}
+    if notice.pass_name is not None:
+        data["pass"] = notice.pass_name
+    if notice.sensor is not None:
+        data["sensor"] = notice.sensor
+    return data
+
+
+def _plain(value: Any) -> Any:
+    """The value with nothing in it that JSON or UTF-8 cannot say."""
+    if value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, str):  # a file name that is no UTF-8 holds lone surrogates
+        return value.encode("utf-8", "backslashreplace").decode("utf-8")
+    if isinstance(value, Mapping):
+        return {_plain(name): _plain(entry) for name, entry in value.items()}
+    if isinstance(value, Sequence):
+        return [_plain(entry) for entry in value]
+    number = float(value)
+    return float(f"{number:.{_DIGITS}g}") if math.isfinite(number) else None
