@@ -181,17 +181,11 @@ def tear(grid: PatchGrid, i: int, pair: str) -> Check:
     return Check("tear", verdict, ratio, "", pair, message)
 
 
-def chord_lengths(patches: Patches, i: int) -> FloatArray:
-    """(k,) metres between strip i and the next at matched points."""
-    chords = patches.rails.chords[i]
-    length: FloatArray = np.sqrt(np.sum(chords * chords, axis=-1))
-    return length
-
-
 def pinch(patches: Patches, i: int, pair: str) -> Check:
     """Whether two neighbours touch or cross: the least distance, and the side it is on."""
-    least = float(chord_lengths(patches, i).min())
-    sides = np.sum(patches.rails.chords[i] * patches.rails.frames[i, :, :, 1], axis=-1)
+    least = float(patches.gaps[i].min())
+    chords = np.diff(patches.rails.points[i : i + 2], axis=0)[0]
+    sides = np.sum(chords * patches.rails.frames[i, :, :, 1], axis=-1)
     if (sides < 0.0).any():
         share = 100.0 * float(np.mean(sides < 0.0))
         message = (
@@ -210,9 +204,10 @@ def pinch(patches: Patches, i: int, pair: str) -> Check:
 
 def skew(patches: Patches, i: int, pair: str) -> Check:
     """How obliquely matched points lie across from each other: greatest |c . tau|."""
-    length = np.maximum(chord_lengths(patches, i), 1e-12)
+    length = np.maximum(patches.gaps[i], 1e-12)
     tangents = patches.rails.frames[i : i + 2, :, :, 0]
-    along = np.abs(np.sum(patches.rails.chords[i] * tangents, axis=-1)) / length
+    chords = np.diff(patches.rails.points[i : i + 2], axis=0)[0]
+    along = np.abs(np.sum(chords * tangents, axis=-1)) / length
     value = float(along.max())
     verdict = graded(value, SKEW_LIMIT, np.inf)
     message = f"points of {pair} lie across from each other within {oblique(value):.0f}°"
@@ -242,9 +237,9 @@ def normal_turn(patches: Patches, i: int, pair: str) -> Check:
 
 def gap(patches: Patches, i: int, pair: str) -> Check:
     """The mean distance of two neighbours over the median of all neighbours."""
-    means = [float(np.mean(chord_lengths(patches, k))) for k in range(len(patches.control))]
+    means = patches.mean_gaps
     typical = float(np.median(means))
-    ratio = means[i] / typical if typical > 0.0 else 1.0
+    ratio = float(means[i]) / typical if typical > 0.0 else 1.0
     verdict = graded(ratio, GAP_LIMIT, np.inf)
     message = f"{pair} lie {1e3 * means[i]:.0f} mm apart"
     if verdict != "pass":

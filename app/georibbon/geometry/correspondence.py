@@ -299,13 +299,14 @@ def order_passes(strips: Sequence[Strip]) -> tuple[int, ...]:
 
 def pass_distances(strips: Sequence[Strip]) -> FloatArray:
     """(p, p) metres between each two strips, measured from their middles."""
+    middles = np.stack([strip.points[len(strip.s) // 2] for strip in strips])
     points = np.concatenate([strip.points for strip in strips])
+    centre = points.mean(axis=0)
+    middles, points = middles - centre, points - centre
     starts = np.cumsum([0] + [len(strip.s) for strip in strips[:-1]])
-    nearest = []
-    for strip in strips:
-        away = points - strip.points[len(strip.s) // 2]
-        nearest.append(np.minimum.reduceat(np.sum(away * away, axis=1), starts))
-    distance: FloatArray = np.sqrt(np.stack(nearest))
+    part = np.sum(points * points, axis=1) - 2.0 * (middles @ points.T)
+    nearest = np.minimum.reduceat(part, starts, axis=1) + np.sum(middles**2, axis=1)[:, None]
+    distance: FloatArray = np.sqrt(np.maximum(nearest, 0.0))
     return 0.5 * (distance + distance.T)
 
 

@@ -13,6 +13,7 @@ with d = |f1 - f0|.  All functions work on all patches and parameters at once.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +158,19 @@ class Patches:
     slope: FloatArray
     bend: FloatArray
 
+    @cached_property
+    def gaps(self) -> FloatArray:
+        """(p-1, k) metres between matched points of neighbours."""
+        chords = self.rails.chords
+        length: FloatArray = np.sqrt(np.sum(chords * chords, axis=-1))
+        return length
+
+    @cached_property
+    def mean_gaps(self) -> FloatArray:
+        """(p-1,) metres, mean distance of neighbours."""
+        means: FloatArray = np.mean(self.gaps, axis=1)
+        return means
+
 
 @dataclass(frozen=True, eq=False)
 class PatchSet:
@@ -199,7 +213,7 @@ def patches_at(model: PatchSet, u: FloatArray) -> Patches:
 
 @dataclass(frozen=True, eq=False)
 class PatchGrid:
-    """Points of patches on a grid of parameters, with what differs there.
+    """Points of patches on a grid of parameters, with their derivatives.
 
     points, along, across: (..., k, m, 3) F, its derivatives by u and by v.
     reference: (..., k, m, 3) unit, the strips' normals blended linearly.
@@ -210,13 +224,17 @@ class PatchGrid:
     across: FloatArray
     reference: FloatArray
 
-    @property
+    @cached_property
     def turn(self) -> FloatArray:
-        """(..., k, m) J = (F_u x F_v) . N / (|F_u| |F_v|): 1 upright and square, <= 0 folded."""
-        product = np.sqrt(np.sum(self.along**2, axis=-1) * np.sum(self.across**2, axis=-1))
+        """(..., k, m) J = (F_u x F_v) . N / (|F_u| |F_v|): 1 upright and square, <= 0 folded.
+
+        1 where the strips lie within a millimetre of each other.
+        """
+        along, across = np.sum(self.along**2, axis=-1), np.sum(self.across**2, axis=-1)
+        pinched = (along == 0.0) | (across < PINCHED**2)
         upright = np.sum(np.cross(self.along, self.across) * self.reference, axis=-1)
-        ratio: FloatArray = upright / np.where(product > 0.0, product, 1.0)
-        return ratio
+        ratio = upright / np.sqrt(np.where(pinched, 1.0, along * across))
+        return np.where(pinched, 1.0, ratio)
 
     @property
     def normals(self) -> FloatArray:

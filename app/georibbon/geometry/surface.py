@@ -12,6 +12,7 @@ from georibbon.geometry.correspondence import arrange
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
 from georibbon.geometry.patch import (
+    PINCHED,
     Patches,
     PatchGrid,
     PatchSet,
@@ -103,6 +104,7 @@ def build_surface(
     middle = model.arrangement.strips[model.match.middle]
     u = np.linspace(middle.s[0], middle.s[-1], len(middle.s))
     sample = patches_at(model, u)
+    check_apart(sample, ordered_names)
     grid = grid_of(sample)
     nodes, counts = subdivided(sample, grid, u, settings.tolerance)
     spread = None if sigmas is None else carried(model, in_order(sigmas, model), nodes)
@@ -141,6 +143,17 @@ def check_strips(strips: Sequence[Strip], names: Sequence[str]) -> None:
             raise SurfaceError(
                 f"pass {name} has places along the ribbon that do not ascend: sort them"
             )
+
+
+def check_apart(sample: Patches, names: Sequence[str]) -> None:
+    """Raise SurfaceError where all neighbours lie on each other."""
+    widest = float(sample.mean_gaps.max())
+    if widest < PINCHED:
+        raise SurfaceError(
+            f"the passes {names[0]} to {names[-1]} lie on each other, {1e3 * widest:.2f} mm apart "
+            f"at most, at least {1e3 * PINCHED:.0f} mm is needed to span a surface: "
+            "place them by marks, distances or ties"
+        )
 
 
 def in_order(values: Sequence[FloatArray], model: PatchSet) -> list[FloatArray]:
