@@ -35,8 +35,8 @@ a real surface in near-parallel passes, into that surface, with its uncertainty.
 
 EPILOG = """\
 examples:
-  georibbon demo                                   see what it does, in build/demo
-  georibbon info RECORDING                         what does this recording hold?
+  georibbon demo                 # see what it does, in build/demo
+  georibbon info RECORDING       # what does this recording hold?
   georibbon reconstruct RECORDING --surface part.stl --report part.html
 
 RECORDING is a folder with a recording.toml; a session is one .georibbon file.

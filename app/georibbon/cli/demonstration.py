@@ -95,14 +95,11 @@ def _make(folder: Path) -> None:
 
 def _settings() -> "SimulationSettings":
     """The virtual capture that resources/demonstration.toml describes."""
-    from georibbon.cli.simulation import with_setting
+    from georibbon.cli.simulation import changed
     from georibbon.simulation import SimulationSettings
 
-    settings = SimulationSettings()
     text = resource("demonstration.toml").read_text(encoding="utf-8")
-    for name, value in _flat(tomllib.loads(text)).items():
-        settings = with_setting(settings, name, value)
-    return settings
+    return changed(SimulationSettings(), _flat(tomllib.loads(text)))
 
 
 def _flat(table: dict[str, Any], room: str = "") -> dict[str, Any]:

@@ -10,8 +10,8 @@ an installer ships: name, version, licence."""
 
 EPILOG = """\
 examples:
-  georibbon licences                      one line a package
-  georibbon licences --full > NOTICES     every licence's text, to go with an installer"""
+  georibbon licences                    # one line a package
+  georibbon licences --full > NOTICES   # every licence's text, to go with an installer"""
 
 
 def configure(_name: str, parser: Parser) -> None:

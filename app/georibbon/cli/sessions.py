@@ -21,7 +21,7 @@ poses, its passes and ties, the survey.  Everything is read and checked on the w
         """\
 examples:
   georibbon info bonnet-recording
-  georibbon info bonnet.georibbon --json      for programs""",
+  georibbon info bonnet.georibbon --json     # for programs""",
     ),
     "import": (
         """\

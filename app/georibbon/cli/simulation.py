@@ -3,7 +3,7 @@
 import argparse
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -232,19 +232,23 @@ def settings_from(arguments: argparse.Namespace) -> "SimulationSettings":
         tell_heading=arguments.tell_heading,
     )
     names = [option.setting for options in GROUPS.values() for option in options]
-    for name in (name for name in names if name in arguments):
-        value = getattr(arguments, name)
-        settings = with_setting(settings, name, tuple(value) if name in REPEATED else value)
-    return settings
+    given = {name: getattr(arguments, name) for name in names if name in arguments}
+    return changed(
+        settings,
+        {name: tuple(value) if name in REPEATED else value for name, value in given.items()},
+    )
 
 
-def with_setting(settings: "SimulationSettings", name: str, value: object) -> "SimulationSettings":
-    """The settings with one changed, by its dotted name."""
-    room, _, key = name.rpartition(".")
-    change: dict[str, Any] = {key: value}
-    if room:
-        change = {room: dataclasses.replace(getattr(settings, room), **change)}
-    return dataclasses.replace(settings, **change)
+def changed(settings: "SimulationSettings", values: Mapping[str, object]) -> "SimulationSettings":
+    """The settings with some changed, by their dotted names; each room's all at once."""
+    own: dict[str, Any] = {}
+    rooms: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        room, _, key = name.rpartition(".")
+        (rooms.setdefault(room, {}) if room else own)[key] = value
+    for room, changes in rooms.items():
+        own[room] = dataclasses.replace(getattr(settings, room), **changes)
+    return dataclasses.replace(settings, **own)
 
 
 def run(arguments: argparse.Namespace) -> None:

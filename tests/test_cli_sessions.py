@@ -1,0 +1,105 @@
+"""`georibbon info`, `import` and `export`."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from georibbon.cli import main
+from georibbon.session.folder import read_recording
+
+
+@pytest.fixture
+def session(small_capture, tmp_path):
+    path = tmp_path / "dome.georibbon"
+    assert main(["import", str(small_capture), "-o", str(path)]) == 0
+    return path
+
+
+def test_a_round_trip_loses_nothing(small_capture, session, tmp_path):
+    back = tmp_path / "back"
+    assert main(["export", str(session), "--recording", str(back)]) == 0
+    before, after = read_recording(small_capture), read_recording(back)
+    for name in ("ribbon", "marks", "distances", "crossings", "workpiece", "title"):
+        assert getattr(before, name) == getattr(after, name)
+    for old, new in zip(before.poses + before.passes, after.poses + after.passes, strict=True):
+        assert old.name == new.name
+        np.testing.assert_array_equal(old.readings.t, new.readings.t)
+        np.testing.assert_array_equal(old.readings.counts, new.readings.counts)
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_recording_and_session_are_told_alike(small_capture, session, words, capsys):
+    capsys.readouterr()
+    assert main(["info", str(small_capture), *words]) == 0
+    first = capsys.readouterr().out
+    assert main(["info", str(session), *words]) == 0
+    assert capsys.readouterr().out == first
+    assert "GR-0001" in first
+
+
+def test_info_for_programs(small_capture, capsys):
+    assert main(["info", str(small_capture), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["ribbon"]["accelerometers"] == facts["ribbon"]["magnetometers"] == 8
+    assert [run["name"] for run in facts["passes"]] == ["P1", "P2", "P3"]
+    assert facts["passes"][0]["frames"] == 40
+    assert facts["survey"]["marks"] == 6
+
+
+def refused(words, capsys) -> str:
+    capsys.readouterr()
+    assert main([str(word) for word in words]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("georibbon: error: ")
+    assert told.count("\n") == 1
+    return told
+
+
+def test_sources_that_are_none(tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "picture.georibbon").write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
+    for name in ("missing", "missing.georibbon", "picture.georibbon"):
+        assert name in refused(["info", tmp_path / name], capsys)
+    assert "recording.toml" in refused(["info", tmp_path / "empty"], capsys)
+    assert "recording.toml" in refused(
+        ["import", tmp_path / "empty", "-o", tmp_path / "s.georibbon"], capsys
+    )
+    assert "missing" in refused(
+        ["export", tmp_path / "missing", "--recording", tmp_path / "r"], capsys
+    )
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["empty", "picture.georibbon"]
+
+
+def test_a_session_is_never_overwritten(small_capture, session, capsys):
+    before = session.read_bytes()
+    assert str(session) in refused(["import", small_capture, "-o", session], capsys)
+    assert session.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["s.db", "s", "missing/s.georibbon"])
+def test_a_session_that_cannot_be_made(small_capture, tmp_path, name, capsys):
+    assert name in refused(["import", small_capture, "-o", tmp_path / name], capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_with_contents_is_not_filled(session, tmp_path, capsys):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.txt").write_text("years of work")
+    assert "full" in refused(["export", session, "--recording", tmp_path / "full"], capsys)
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["thesis.txt"]
+
+
+def test_a_defect_is_told_with_file_and_line_and_nothing_is_left(small_capture, tmp_path, capsys):
+    broken = tmp_path / "broken"
+    shutil.copytree(small_capture, broken)
+    file = broken / "passes" / "p2.csv"
+    lines = file.read_text(encoding="utf-8").splitlines()
+    lines[4] = lines[4].replace(",", ",x", 1)
+    file.write_text("\n".join(lines), encoding="utf-8")
+    told = refused(["import", broken, "-o", tmp_path / "s.georibbon"], capsys)
+    assert "passes/p2.csv" in told
+    assert "line 5" in told
+    assert [path.name for path in tmp_path.iterdir()] == ["broken"]

@@ -1,0 +1,55 @@
+"""The licences of what is shipped."""
+
+from importlib.metadata import distribution
+
+import pytest
+
+from georibbon.cli import main
+from georibbon.licences import licences
+
+
+@pytest.fixture(scope="module")
+def listed():
+    return {package.name.lower(): package for package in licences()}
+
+
+def test_own_and_pythons_come_first():
+    own, python, *others = licences()
+    assert (own.name, own.licence) == ("georibbon", "BSD-3-Clause")
+    assert python.name == "Python"
+    names = [package.name.lower() for package in others]
+    assert names == sorted(names)
+
+
+def test_what_is_needed_to_run_is_listed(listed):
+    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2"}
+    indirect = {"pillow", "markupsafe", "fonttools", "kiwisolver"}
+    assert direct | indirect <= set(listed)
+
+
+def test_tools_are_not(listed):
+    assert not {"pytest", "mypy", "ruff", "hatchling", "coverage", "uv"} & set(listed)
+
+
+def test_each_has_version_licence_and_text(listed):
+    for name, package in listed.items():
+        if name != "python":
+            assert package.version == distribution(name).version
+        assert package.licence
+        assert "see its" not in package.licence
+    assert all(package.texts for name, package in listed.items() if name != "python")
+
+
+def test_the_list_is_one_line_each(listed, capsys):
+    assert main(["licences"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(listed)
+    assert lines[0].split() == ["georibbon", distribution("georibbon").version, "BSD-3-Clause"]
+
+
+def test_the_full_list_has_the_texts(listed, capsys):
+    assert main(["licences", "--full"]) == 0
+    told = capsys.readouterr().out
+    assert "Redistribution and use in source and binary forms" in told
+    for package in listed.values():
+        assert all(text.rstrip() in told for text in package.texts)
