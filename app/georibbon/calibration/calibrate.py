@@ -1,42 +1,212 @@
-"""Poses to a calibration."""
+"""Poses to a calibration: what is looked at, in order, and what is put together."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from georibbon.calibration.accelerometers import fit_accelerometers
-from georibbon.calibration.gauge import fit_gauge
-from georibbon.calibration.magnetometers import fit_magnetometers
-from georibbon.calibration.model import Calibration, SensorModel
-from georibbon.calibration.poses import Block, attitudes, block, pose_means
+from georibbon.calibration import findings, gates, labels, quality, suspects
+from georibbon.calibration.accelerometers import (
+    BIAS_SPREAD,
+    FLOOR,
+    GAIN_SPREAD,
+    StageA,
+    fit_accelerometers,
+    prior_of,
+    start_up,
+)
+from georibbon.calibration.gauge import Gauge, settle
+from georibbon.calibration.magnetometers import FLOOR as FIELD_FLOOR
+from georibbon.calibration.magnetometers import StageB, fit_magnetometers
+from georibbon.calibration.model import (
+    MOUNTING_SIGMA,
+    Calibration,
+    CalibrationQuality,
+    SensorModel,
+)
+from georibbon.calibration.poses import Attitudes, Block, attitudes, block, pose_means
+from georibbon.calibration.suspects import LeftOut
+from georibbon.notices import Notice
 from georibbon.recording import Pose
 from georibbon.ribbon import FloatArray, Ribbon
 
+Hemisphere = Literal["north", "south"]
+# Gains are looked at, before any fit, against "up" known to some hundredths of g.
+ROUGH = 0.02
+# A pose without values in most columns tells nothing.
+LEAST_SHARE = 0.5
+# The figures A and B are for this much noise, in units of one reading's.
+FIGURE_A_MG = 0.1
+FIGURE_B_PERCENT = 0.5
 
-def calibrate(ribbon: Ribbon, poses: Sequence[Pose]) -> Calibration:
-    """The models of all sensors from still poses on a straight, square bar.
 
-    Raises CalibrationError where the poses cannot give a calibration.
+@dataclass(frozen=True, eq=False)
+class _Field:
+    """What reaches the magnetometers' stage: their block, labels, and what was left out."""
+
+    block: Block
+    stage: StageB
+    out: list[LeftOut]
+
+
+def calibrate(
+    ribbon: Ribbon, poses: Sequence[Pose], *, hemisphere: Hemisphere | None = None
+) -> Calibration:
+    """The models of all sensors from still poses on a straight, flat, square bar.
+
+    hemisphere: on which side of the magnetic equator it was done; with it, a
+    ribbon whose magnetometers are all reversed is refused, which no residual
+    shows.  Sensors that cannot be used are left out and named; what was found
+    wrong with poses and sensors is in the result's notices.
+
+    Raises CalibrationError where the poses are too few, do not cover faces,
+    headings and tilts, or leave a parameter undetermined; it says what to do.
     """
+    poses, notices = _with_values(poses)
+    gates.require_poses(len(poses))
     asked = attitudes(poses)
-    means = pose_means(ribbon, poses)
-    accelerometers = block(ribbon, means, "accelerometer")
-    magnetometers = block(ribbon, means, "magnetometer")
+    accelerometers, magnetometers, out, said = _usable(ribbon, poses, asked)
+    notices += said
     first = fit_accelerometers(accelerometers)
-    second = fit_magnetometers(magnetometers, asked.level, first.up, asked.heading)
-    gauge = fit_gauge(second.frames, asked.roll, asked.table)
-    models: dict[str, SensorModel] = {}
-    for group, theta in (
-        (accelerometers, first.adjusted.theta),
-        (magnetometers, second.adjusted.theta),
+    asked, said = labels.check_labels(asked, first.up)
+    notices += said
+    gates.require_faces(asked)
+    gates.require_coverage(quality.coverage(first.up), first.up)
+    field = _field(magnetometers, first, asked)
+    gauge, off = settle(field.stage.frames, asked.roll, asked.table)
+    gates.require_gauge(gauge.sigma)
+    out += field.out
+    notices += [item.notice() for item in out]
+    notices += gates.require_dip(field.stage.dip, hemisphere)
+    notices += labels.check_headings(asked, field.stage.headings)[1]
+    notices += [_off_notice(asked, place, angle) for place, angle in off]
+    for group, adjusted, floor, words in (
+        (accelerometers, first.adjusted, FLOOR, findings.ACCELEROMETER),
+        (field.block, field.stage.adjusted, FIELD_FLOOR, findings.MAGNETOMETER),
     ):
-        models |= _models(group, theta, gauge.rotation)
+        notices += findings.findings(group, adjusted, asked, floor, words)
+    found, dip_sigma = _quality(accelerometers, first, field, gauge)
+    gates.require_parameters(found.accelerometer_mg, found.magnetometer_percent)
+    notices += gates.weaknesses(found, asked)
+    models = _models(accelerometers, first.adjusted.theta, gauge.rotation)
+    models |= _models(field.block, field.stage.adjusted.theta, gauge.rotation)
     return Calibration(
         ribbon.id,
-        second.dip,
-        tuple(models[sensor.name] for sensor in ribbon.sensors),
-        gauge_sigma=gauge.sigma,
+        field.stage.dip,
+        _in_order(ribbon, models, out),
+        found,
+        tuple(notices),
+        MOUNTING_SIGMA,
+        gauge.found,
+        dip_sigma,
     )
+
+
+def _with_values(poses: Sequence[Pose]) -> tuple[list[Pose], list[Notice]]:
+    """The poses that hold values at all, and a notice for each other one."""
+    kept, notices = [], []
+    for pose in poses:
+        share = float(np.isfinite(pose.readings.counts).mean()) if pose.readings.counts.size else 0
+        if share >= LEAST_SHARE:
+            kept.append(pose)
+        else:
+            notices.append(
+                Notice(
+                    "pose-lost",
+                    f"pose {pose.name!r} lost {100.0 * (1.0 - share):.0f} % of its values and is "
+                    "left out; take it again",
+                )
+            )
+    return kept, notices
+
+
+def _usable(
+    ribbon: Ribbon, poses: Sequence[Pose], asked: Attitudes
+) -> tuple[Block, Block, list[LeftOut], list[Notice]]:
+    """The accelerometers and magnetometers that can be fitted, those left out, and notices."""
+    means = pose_means(ribbon, poses)
+    saturated = suspects.saturated_columns(poses)
+    groups, out, notices = [], [], []
+    for kind in ("accelerometer", "magnetometer"):
+        group = block(ribbon, means, "accelerometer" if kind == "accelerometer" else "magnetometer")
+        expected = suspects.middle_range(group)
+        if kind == "accelerometer":
+            expected = np.maximum(expected, np.ptp(asked.up, axis=0))
+        dead = suspects.dead_sensors(group, expected)
+        group = suspects.keep(group, dead)
+        group, said = suspects.without_saturated(ribbon, group, saturated)
+        few = suspects.too_few_cells(group)
+        group = suspects.keep(group, few)
+        gates.require_sensors(group, kind)
+        out += dead + few
+        notices += said
+        groups.append(group)
+    up = start_up(groups[0])
+    gains = suspects.fitted_axes(
+        groups[0], up, prior_of(groups[0], ROUGH, GAIN_SPREAD, BIAS_SPREAD)
+    )
+    turned = suspects.wrong_axes(groups[0], gains, "accelerometer")
+    group = suspects.keep(groups[0], turned)
+    gates.require_sensors(group, "accelerometer")
+    return group, groups[1], out + turned, notices
+
+
+def _field(magnetometers: Block, first: StageA, asked: Attitudes) -> _Field:
+    """The magnetometers' stage, repeated without those whose axes are not the ribbon's."""
+    stage = fit_magnetometers(magnetometers, asked.level, first.up, asked.heading)
+    gains = stage.adjusted.theta[:, :, :3]
+    out = suspects.wrong_axes(magnetometers, gains, "magnetometer")
+    if not out:
+        return _Field(magnetometers, stage, out)
+    left = suspects.keep(magnetometers, out)
+    gates.require_sensors(left, "magnetometer")
+    stage = fit_magnetometers(left, asked.level, first.up, asked.heading)
+    return _Field(left, stage, out)
+
+
+def _off_notice(asked: Attitudes, place: int, angle: float) -> Notice:
+    return Notice(
+        "pose-not-flat",
+        f"{labels.name_of(asked, place)} lay {np.degrees(angle):.1f}° off the table and is not "
+        "used for it; clean table and bar, and take it again",
+    )
+
+
+def _quality(
+    block_a: Block, first: StageA, field: _Field, gauge: Gauge
+) -> tuple[CalibrationQuality, float]:
+    """The figures, and the dip's standard deviation in radians."""
+    a, b = first.adjusted, field.stage.adjusted
+    axes_a, axes_b = block_a.axes.astype(np.float64), field.block.axes.astype(np.float64)
+    poses = len(first.up)
+    square = a.normals.reduced + gauge.constraint * quality.SQUARE * a.normals.reduced.max()
+    figure = quality.determined(replace(a.normals, reduced=square), axes_a, 3)
+    known_a, known_b = (
+        quality.determined(a.normals, axes_a, 3),
+        quality.determined(b.normals, axes_b),
+    )
+    noise_a = quality.noise_of(a.residuals, a.weights, axes_a, 2 * poses)
+    noise_b = quality.noise_of(b.residuals, b.weights, axes_b, poses + 1)
+    spread = quality.orientation(
+        known_a.theta * noise_a,
+        known_b.theta * noise_b,
+        gauge.sigma,
+        MOUNTING_SIGMA,
+        field.stage.dip,
+    )
+    found = CalibrationQuality(
+        poses,
+        float(np.degrees(spread.tilt)),
+        float(np.degrees(spread.heading)),
+        float(np.degrees(gauge.sigma)),
+        float(figure.theta.max()) * FIGURE_A_MG,
+        float(known_b.theta.max()) * FIGURE_B_PERCENT,
+        quality.coverage(first.up),
+        1e3 * quality.rms_cells(a.residuals, block_a.valid.astype(np.float64), axes_a),
+        1e2 * quality.rms_cells(b.residuals, field.block.valid.astype(np.float64), axes_b),
+    )
+    return found, float(known_b.unknowns[-1]) * noise_b
 
 
 def _models(group: Block, theta: FloatArray, rotation: FloatArray) -> dict[str, SensorModel]:
@@ -46,3 +216,15 @@ def _models(group: Block, theta: FloatArray, rotation: FloatArray) -> dict[str, 
         name: SensorModel(name, np.array(gain[:axes]), np.array(bias[:axes]))
         for name, gain, bias, axes in zip(group.names, gains, biases, group.axes, strict=True)
     }
+
+
+def _in_order(
+    ribbon: Ribbon, models: dict[str, SensorModel], out: Sequence[LeftOut]
+) -> tuple[SensorModel, ...]:
+    """The models in the ribbon's order; those left out are nominal and unused."""
+    for item in out:
+        sensor = next(sensor for sensor in ribbon.sensors if sensor.name == item.name)
+        gain = np.eye(3)[: sensor.axes] * sensor.counts_per_unit
+        bias = np.zeros(sensor.axes)
+        models[item.name] = SensorModel(item.name, gain, bias, used=False, reason=item.reason)
+    return tuple(models[sensor.name] for sensor in ribbon.sensors)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.calibration.accelerometers import tangents
 from georibbon.calibration.magnetometers import levelled
-from georibbon.calibration.poses import BoolArray, rotation_x, rotation_z
+from georibbon.calibration.poses import BoolArray, IntArray, rotation_x, rotation_z
 from georibbon.ribbon import FloatArray
 
 # Standard deviations, radians: how squarely a face lies on the table, and how
@@ -19,20 +20,29 @@ from georibbon.ribbon import FloatArray
 FACE = np.radians(0.1)
 TABLE = np.radians(2.0)
 STEPS = 12
+BELIEF = 4.0
+# A face this far off the table, and off the other faces, did not lie on it.
+NOT_FLAT = np.radians(1.0)
+LEAST_FACES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Gauge:
     """rotation: (3, 3) ribbon to solution frame; tilt: (2,) of the table, radians.
 
-    sigma: radians, of the common rotation, rms over its three components;
-    residuals: (p,) radians, how far each table pose is off its face (NaN: not on the table).
+    sigma: radians, of the common rotation, about the axis where it is largest,
+    for faces as square as FACE says; found: the same for faces as square as the
+    residuals say; residuals: (p,) radians, how far each table pose is off its face (NaN: not on
+    the table).  constraint: (2 p, 2 p), the information on the poses' "up" (in
+    the basis `tangents`) that the bar's faces give when they are exactly square.
     """
 
     rotation: FloatArray
     tilt: FloatArray
     sigma: float
+    found: float
     residuals: FloatArray
+    constraint: FloatArray
 
 
 def skew(v: FloatArray) -> FloatArray:
@@ -81,13 +91,55 @@ def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
             break
     off = np.full(len(table), np.nan)
     off[places] = np.linalg.norm(residual, axis=1)
-    return Gauge(rotation, tilt, gauge_sigma(jacobian), off)
+    constraint = _constraint(up, jacobian, rotation, places, len(table))
+    sigma = gauge_sigma(jacobian)
+    return Gauge(rotation, tilt, sigma, sigma * _roughness(residual), off, constraint)
+
+
+def _roughness(residual: FloatArray) -> float:
+    """How the faces' spread compares with FACE, which counts as BELIEF readings more."""
+    freedom = max(2 * len(residual) - 5, 0)
+    squares = float((residual**2).sum()) / FACE**2
+    return float(np.sqrt((BELIEF + squares) / (BELIEF + freedom)))
+
+
+def settle(
+    frames: FloatArray, roll: FloatArray, table: BoolArray
+) -> tuple[Gauge, list[tuple[int, float]]]:
+    """The gauge without the poses whose face did not lie on the table.
+
+    Returns it and the places of the poses left out, each with the angle, in
+    radians, by which it was off.
+    """
+    table, out = table.copy(), []
+    gauge = fit_gauge(frames, roll, table)
+    while table.sum() > LEAST_FACES:
+        off = np.where(table, gauge.residuals, 0.0)
+        worst = int(np.argmax(off))
+        if off[worst] <= max(5.0 * float(np.median(off[table])), NOT_FLAT):
+            break
+        table[worst] = False
+        gauge = fit_gauge(frames, roll, table)
+        out.append((worst, float(off[worst])))
+    return gauge, out
+
+
+def _constraint(
+    up: FloatArray, jacobian: FloatArray, rotation: FloatArray, places: IntArray, poses: int
+) -> FloatArray:
+    basis = tangents(up)
+    nuisance = np.einsum("pca,pcm->pam", basis, rotation @ jacobian).reshape(-1, 5)
+    free = np.eye(len(nuisance)) - nuisance @ np.linalg.pinv(nuisance, rcond=1e-4)
+    full = np.zeros((poses, 2, poses, 2))
+    pairs = free.reshape(len(places), 2, len(places), 2)
+    full[places[:, None], :, places[None, :], :] = pairs.transpose(0, 2, 1, 3)
+    return full.reshape(2 * poses, 2 * poses)
 
 
 def gauge_sigma(jacobian: FloatArray) -> float:
-    """Radians, rms over three components, from the (n, 3, 5) derivatives of the table's "up"."""
+    """Radians, about the worst axis, from the (n, 3, 5) derivatives of the table's "up"."""
     flat = jacobian.reshape(-1, 5)
     information = flat.T @ flat / FACE**2 + np.diag([0.0, 0.0, 0.0, 1.0, 1.0]) / TABLE**2
     information += np.eye(5)  # a radian: nothing is known of what no face has told
     covariance = np.linalg.inv(information)
-    return float(np.sqrt(np.trace(covariance[:3, :3]) / 3.0))
+    return float(np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]))

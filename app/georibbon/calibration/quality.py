@@ -7,6 +7,9 @@ import numpy as np
 from georibbon.calibration.separable import Normals
 from georibbon.ribbon import FloatArray
 
+# How much more than readings the bar's square faces count in the figure A: all but exact.
+SQUARE = 1e4
+
 
 @dataclass(frozen=True, eq=False)
 class Determined:
@@ -42,3 +45,47 @@ def coverage(directions: FloatArray) -> float:
     """Three times the smallest eigenvalue of unit directions' covariance (1: evenly spread)."""
     centred = directions - directions.mean(axis=0)
     return float(3.0 * np.linalg.eigvalsh(centred.T @ centred / len(directions))[0])
+
+
+def noise_of(residuals: FloatArray, weights: FloatArray, axes: FloatArray, unknowns: int) -> float:
+    """One reading's standard deviation from weighted residuals and what they were fitted with."""
+    present = np.arange(3) < axes[:, None]
+    readings = (weights[:, :, None] * present[:, None, :]).sum()
+    freedom = max(float(readings) - 4.0 * float(axes.sum()) - unknowns, 1.0)
+    return float(np.sqrt((weights[:, :, None] * residuals**2).sum() / freedom))
+
+
+def rms_cells(residuals: FloatArray, valid: FloatArray, axes: FloatArray) -> float:
+    """Root mean square of the residuals of the cells that count."""
+    number = (valid * axes[:, None]).sum()
+    return float(np.sqrt((valid[:, :, None] * residuals**2).sum() / number))
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Predicted standard deviations of a sensor's orientation, radians, rms over the sensors."""
+
+    tilt: float
+    heading: float
+
+
+def orientation(
+    accelerometer: FloatArray, magnetometer: FloatArray, gauge: float, bend: float, dip: float
+) -> Orientation:
+    """What noise, gauge and bend leave together.
+
+    accelerometer, magnetometer: (n, 4) standard deviations of the rows [K | c]
+    in units, the noise included.  A tilt has two components.  In a field of
+    inclination d a heading error is the sensor's own about the vertical and tan
+    d times its tilt across the meridian, so that it grows by 1 / cos d; a noise
+    in the reading is seen against the horizontal field, cos d.
+    """
+    common = bend**2 + gauge**2
+    tilt = 2.0 * (common + _row(accelerometer))
+    level = np.cos(min(abs(dip), np.radians(85.0))) ** 2
+    return Orientation(float(np.sqrt(tilt)), float(np.sqrt((common + _row(magnetometer)) / level)))
+
+
+def _row(theta: FloatArray) -> float:
+    """Mean variance of one predicted reading, for a direction that may be any."""
+    return float((theta[:, :3] ** 2).mean() + (theta[:, 3] ** 2).mean())
