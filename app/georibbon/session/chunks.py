@@ -34,6 +34,12 @@ class Chunk:
         head = f"{self.part},{self.place},{self.frames},{self.width};".encode()
         return hashlib.sha256(head + self.t + self.counts).digest()
 
+    @property
+    def row(self) -> tuple[object, ...]:
+        """The row of the table."""
+        fields = (self.part, self.place, self.frames, self.width, self.t, self.counts)
+        return (*fields, self.digest)
+
 
 def pack(readings: Readings, part: int) -> Iterator[Chunk]:
     """The chunks of readings that `check_readings` accepts, as narrow as their values allow."""
@@ -59,9 +65,10 @@ def unpack(rows: Sequence[tuple[object, ...]], columns: int) -> Readings:
             raise DamagedError(f"frames of part {chunk.part} do not match their digest")
         if chunk.width not in _CODES or chunk.place != i or chunk.frames < 1:
             raise DamagedError(f"a chunk of part {chunk.part} is out of order")
-        whole = np.frombuffer(chunk.counts, _CODES[chunk.width])
-        if len(chunk.t) != chunk.frames * _TIME.itemsize or whole.size != chunk.frames * columns:
+        lengths = (chunk.frames * _TIME.itemsize, chunk.frames * columns * chunk.width)
+        if (len(chunk.t), len(chunk.counts)) != lengths:
             raise DamagedError(f"a chunk of part {chunk.part} has not the length it should have")
+        whole = np.frombuffer(chunk.counts, _CODES[chunk.width])
         times.append(np.frombuffer(chunk.t, _TIME).astype(np.float64))
         values_of = np.where(whole == _lost(chunk.width), np.nan, whole)
         counts.append(values_of.reshape(chunk.frames, columns))

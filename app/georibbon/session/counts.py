@@ -11,7 +11,7 @@ import numpy as np
 
 from georibbon.errors import RecordingError
 from georibbon.ribbon import FloatArray, Readings
-from georibbon.session.fields import nearest, told
+from georibbon.session.fields import MAX_NUMBER, nearest, told
 
 MAX_COUNT = 2**31 - 1
 _COUNT = re.compile(rb"[ \t]*[+-]?[0-9]{1,30}[ \t]*")
@@ -162,8 +162,8 @@ def _parse_slow(
         line = f"{name}, line {i + 2}"
         if len(fields) != len(columns):
             raise RecordingError(
-                f"{line}: {len(fields) + 1} fields where the header has {len(columns) + 1}; "
-                "the line is damaged or cut off"
+                f"{line}: {len(fields) + 1} instead of {len(columns) + 1} fields; the line is "
+                "damaged or cut off"
             )
         if not _TIME.fullmatch(time):
             raise RecordingError(f"{line}, column t: {_told(time)} is no number of seconds")
@@ -189,13 +189,15 @@ def _told(field: bytes) -> str:
 
 def _check_range(readings: Readings, columns: tuple[str, ...], name: str) -> None:
     t, counts = readings.t, readings.counts
-    bad_time = np.flatnonzero(~np.isfinite(t) | np.concatenate([[False], np.diff(t) <= 0.0]))
+    bad_time = np.flatnonzero(
+        ~(np.abs(t) <= MAX_NUMBER) | np.concatenate([[False], np.diff(t) <= 0.0])
+    )
     if bad_time.size:
         i = int(bad_time[0])
         before = f", the line before {float(t[i - 1])!r}" if i else ""
         raise RecordingError(
             f"{name}, line {i + 2}, column t: {float(t[i])!r}{before}; "
-            "finite seconds that grow from line to line are expected"
+            f"seconds up to {MAX_NUMBER:g} that grow from line to line are expected"
         )
     bad = np.argwhere(np.abs(counts) > MAX_COUNT)
     if bad.size:

@@ -8,7 +8,6 @@ one, the table and the field.
 import difflib
 import math
 import re
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
@@ -17,6 +16,8 @@ from georibbon.errors import GeoribbonError
 
 MAX_NAME = 200
 MAX_TEXT = 10_000
+MAX_NUMBER = 1e9
+MIN_POSITIVE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,12 @@ def told(value: object) -> str:
     """A value as a person wrote it, short."""
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int) and abs(value) > sys.maxsize:
-        return "a number of more than 18 digits"
     if isinstance(value, Mapping):
         return "a table"
-    text = f'"{value}"' if isinstance(value, str) else str(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else str(value)
+    except ValueError:  # Python writes out no integer of more than 4300 digits
+        return "a number of thousands of digits"
     text = "".join(c if c.isprintable() else "?" for c in text[:80])
     return text if len(text) < 60 else text[:57] + "..."
 
@@ -120,16 +122,30 @@ class Table:
         return self.data[key]
 
     def text(self, key: str, expected: str, limit: int = MAX_NAME) -> str:
-        """A text that is not empty; one line of printable characters where it is a name."""
+        """A text in one line, not empty, of printable characters."""
+        value = self._string(key, expected, limit)
+        if not value.strip():
+            self.refuse(key, f"{key} is {told(value)}; {expected} is expected")
+        self._check_printable(key, value)
+        return value
+
+    def prose(self, key: str, expected: str) -> str:
+        """A text that may have several lines, or none."""
+        value = self._string(key, expected, MAX_TEXT)
+        self._check_printable(key, value.replace("\n", "").replace("\t", ""))
+        return value
+
+    def _string(self, key: str, expected: str, limit: int) -> str:
         value = self._take(key, expected)
-        if not isinstance(value, str) or not value.strip():
+        if not isinstance(value, str):
             self.refuse(key, f"{key} is {told(value)}; {expected} is expected")
         if len(value) > limit:
             self.refuse(key, f"{key} has {len(value)} characters; at most {limit} are expected")
-        lines = value.replace("\n", "").replace("\t", "") if limit == MAX_TEXT else value
-        if not lines.isprintable():
-            self.refuse(key, f"{key} is {told(value)}; a text without control characters is needed")
         return value
+
+    def _check_printable(self, key: str, value: str) -> None:
+        if not value.isprintable():
+            self.refuse(key, f"{key} is {told(value)}; leave out its control characters")
 
     def choice(self, key: str, choices: tuple[str, ...]) -> str:
         """One of a few words."""
@@ -155,14 +171,15 @@ class Table:
         return value
 
     def number(self, key: str, expected: str) -> float:
-        """A finite number."""
+        """A finite number, at most `MAX_NUMBER` in magnitude."""
         return self._finite(key, self._take(key, expected), expected)
 
     def positive(self, key: str, expected: str) -> float:
-        """A finite number greater than 0."""
+        """A finite number greater than 0, and not so small that its square vanishes."""
         value = self.number(key, expected)
-        if value <= 0.0:
-            self.refuse(key, f"{key} is {told(self.data[key])}; {expected} is expected")
+        if value < MIN_POSITIVE:
+            least = f" (at least {MIN_POSITIVE:g})" if value > 0.0 else ""
+            self.refuse(key, f"{key} is {told(self.data[key])}; {expected} is expected{least}")
         return value
 
     def numbers(self, key: str, count: int, expected: str) -> tuple[float, ...]:
@@ -186,6 +203,8 @@ class Table:
     def _finite(self, key: str, value: object, expected: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(key, f"{key} is {told(value)}; {expected} is expected")
-        if (isinstance(value, int) and abs(value) > sys.maxsize) or not math.isfinite(value):
-            self.refuse(key, f"{key} is {told(value)}; {expected} is expected")
+        if abs(value) > MAX_NUMBER:
+            self.refuse(key, f"{key} is {told(value)}; at most {MAX_NUMBER:g} is expected")
+        if math.isnan(value):
+            self.refuse(key, f"{key} is nan; {expected} is expected")
         return float(value)

@@ -21,7 +21,7 @@ from georibbon.ribbon import Readings
 from georibbon.session.chunks import DamagedError, pack, unpack
 from georibbon.session.counts import check_readings
 from georibbon.session.fields import Source
-from georibbon.session.files import built_file
+from georibbon.session.files import built_file, kind_of
 from georibbon.session.folder import check_recording, readings_of
 from georibbon.session.outline import Outline, read_outline, tables_of
 from georibbon.session.schema import APPLICATION_ID, TABLES, VERSION, statements
@@ -29,7 +29,7 @@ from georibbon.session.schema import APPLICATION_ID, TABLES, VERSION, statements
 MAX_SESSION = 4 * 2**30
 MAX_ROW = 64 * 2**20
 MAX_ROWS = 1_000_000
-MAX_VALUES = 2**28
+MAX_FRAMES = 2**30
 _MAGIC = b"SQLite format 3\x00"
 Row = tuple[object, ...]
 
@@ -47,7 +47,10 @@ def create_session(path: Path, recording: Recording, *, overwrite: bool = False)
     outline = read_outline(tables, Source("the recording", RecordingError))
     check_recording(recording, outline)
     try:
-        with built_file(path, SessionError) as built, closing(sqlite3.connect(built)) as database:
+        with (
+            built_file(path, SessionError) as built,
+            closing(sqlite3.connect(built, isolation_level=None)) as database,
+        ):
             _fill(database, outline, readings_of(recording))
     except sqlite3.Error as error:
         raise SessionError(f"{path}: the session cannot be written ({error})") from error
@@ -90,12 +93,13 @@ def _refuse_damaged(path: Path, cause: Exception) -> NoReturn:
 
 
 def _check_place(path: Path, overwrite: bool) -> None:
-    if path.is_dir():
-        raise SessionError(f"{path}: this is a folder; give the name of a file")
-    if path.exists() and not overwrite:
+    kind = kind_of(path)
+    if kind not in ("file", "nothing"):
+        raise SessionError(f"{path}: this is a folder or a device; give the name of a file")
+    if kind == "file" and not overwrite:
         raise SessionError(f"{path}: the file is there already; give another name or remove it")
     for ending in ("-wal", "-journal"):
-        if Path(f"{path}{ending}").exists():
+        if kind_of(Path(f"{path}{ending}")) != "nothing":
             raise SessionError(
                 f"{path}{ending}: the session of this name is open in another program or was not "
                 "closed; close it first or give another name"
@@ -103,21 +107,20 @@ def _check_place(path: Path, overwrite: bool) -> None:
 
 
 def _fill(database: sqlite3.Connection, outline: Outline, readings: Sequence[Readings]) -> None:
+    """Fill a new database in one transaction; it needs no journal, as failing drops the file."""
+    database.execute("PRAGMA journal_mode = OFF")
+    database.execute("BEGIN")
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {VERSION}")
-    with database:
-        for statement in statements().values():
-            database.execute(statement)
-        for name, rows in _rows(outline, readings).items():
-            _insert(database, name, rows)
-        for part, frames in enumerate(readings, start=1):
-            chunks = [
-                (c.part, c.place, c.frames, c.width, c.t, c.counts, c.digest)
-                for c in pack(frames, part)
-            ]
-            _insert(database, "chunk", chunks)
-        for name in TABLES:
-            _insert(database, "seal", [(name, _digest(_select(database, name)))])
+    for statement in statements().values():
+        database.execute(statement)
+    for name, rows in _rows(outline, readings).items():
+        _insert(database, name, rows)
+    for part, frames in enumerate(readings, start=1):
+        _insert(database, "chunk", [chunk.row for chunk in pack(frames, part)])
+    for name in TABLES:
+        _insert(database, "seal", [(name, _digest(_select(database, name)))])
+    database.execute("COMMIT")
 
 
 def _insert(database: sqlite3.Connection, table: str, rows: Sequence[Row]) -> None:
@@ -153,9 +156,10 @@ def _rows(outline: Outline, readings: Sequence[Readings]) -> dict[str, list[Row]
 
 
 def _check_file(path: Path) -> None:
-    if not path.exists():
+    kind = kind_of(path)
+    if kind == "nothing":
         raise SessionError(f"{path}: there is no such file; give the name of a session file")
-    if not path.is_file():
+    if kind != "file":
         raise SessionError(f"{path}: this is no file; give the name of a session file")
     try:
         session = is_session(path)
@@ -289,16 +293,19 @@ def _flag(value: object) -> object:
 
 def _readings(database: sqlite3.Connection, outline: Outline, path: Path) -> list[Readings]:
     """The frames of poses and passes, each checked."""
-    frames = _pairs(database, "part")
+    frames = {str(part): count for part, count in _pairs(database, "part").items()}
     columns = outline.ribbon.columns
-    total = database.execute("SELECT sum(length(counts)) FROM chunk").fetchone()[0]
-    if isinstance(total, int) and total > 2 * MAX_VALUES:
-        raise SessionError(f"{path.name}: more than {MAX_VALUES} values; split the session")
+    query = "SELECT sum(length(t) + length(counts)) FROM chunk"
+    total = database.execute(query).fetchone()[0]
+    if isinstance(total, int | float) and total > MAX_FRAMES:
+        raise SessionError(
+            f"{path.name}: frames of {total} bytes; at most {MAX_FRAMES} are read; split it"
+        )
     found = []
     for file in outline.files:
-        rows = database.execute("SELECT * FROM chunk WHERE part = ? ORDER BY place", (int(file),))
+        rows = database.execute("SELECT * FROM chunk WHERE part = ? ORDER BY place", (file,))
         readings = unpack(rows.fetchall(), len(columns))
-        if frames.get(int(file)) != readings.t.size:
+        if frames.get(file) != readings.t.size:
             raise DamagedError(f"part {file} has {readings.t.size} frames, not as it should")
         try:
             check_readings(readings, columns, f"{path.name}, part {file}")

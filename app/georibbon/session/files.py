@@ -1,13 +1,29 @@
 """Files and folders read within bounds, and written whole or not at all."""
 
+import os
 import shutil
 import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 from georibbon.errors import GeoribbonError
+
+_PREFIX = ".georibbon-"
+Kind = Literal["file", "folder", "other", "nothing"]
+
+
+def kind_of(path: Path) -> Kind:
+    """What is at a path; "nothing" where it cannot even be looked at."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return "nothing"
+    if stat.S_ISDIR(mode):
+        return "folder"
+    return "file" if stat.S_ISREG(mode) else "other"
 
 
 def read_bounded(path: Path, limit: int, name: str, error: type[GeoribbonError]) -> bytes:
@@ -35,7 +51,7 @@ def built_file(path: Path, error: type[GeoribbonError]) -> Iterator[Path]:
     Raises `error` where the folder cannot be written; leaves nothing behind then.
     """
     try:
-        folder = Path(tempfile.mkdtemp(prefix=f".{path.name[:40]}-", dir=path.absolute().parent))
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=path.absolute().parent))
     except OSError as cause:
         raise error(_cannot_write(path, cause)) from cause
     try:
@@ -54,27 +70,42 @@ def built_folder(path: Path, error: type[GeoribbonError]) -> Iterator[Path]:
 
     `path` may be an empty folder; one with contents, or a file, is refused.
     """
-    if path.is_symlink() or (path.exists() and not path.is_dir()):
+    there = kind_of(path) == "folder"
+    if not there and os.path.lexists(path):
         raise error(f"{path}: this is no folder; give a new folder or an empty one")
     try:
-        if path.exists() and any(path.iterdir()):
+        if there and any(path.iterdir()):
             raise error(f"{path}: the folder is not empty; give a new folder or an empty one")
         parent = path.absolute().parent
         parent.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(prefix=f".{path.name[:40]}-", dir=parent))
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=parent))
     except OSError as cause:
         raise error(_cannot_write(path, cause)) from cause
     try:
         built = folder / "built"
         built.mkdir()
         yield built
-        if path.exists():
-            path.rmdir()
-        built.rename(path)
+        if there:
+            _move_into(built, path)
+        else:
+            built.rename(path)
     except OSError as cause:
         raise error(_cannot_write(path, cause)) from cause
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _move_into(source: Path, folder: Path) -> None:
+    """Move all of a folder into an empty one, files last; all or nothing."""
+    names = [item.name for item in sorted(source.iterdir(), key=Path.is_file)]
+    try:
+        for name in names:
+            (source / name).rename(folder / name)
+    except OSError:
+        for name in names:
+            if (folder / name).exists():
+                (folder / name).rename(source / name)
+        raise
 
 
 def _cannot_write(path: Path, cause: OSError) -> str:

@@ -14,12 +14,13 @@ from georibbon.errors import RecordingError
 from georibbon.recording import Recording
 from georibbon.ribbon import Readings
 from georibbon.session.counts import check_readings, format_csv, parse_csv
-from georibbon.session.fields import Source, told
-from georibbon.session.files import built_folder, read_bounded
+from georibbon.session.fields import Source, Table, told
+from georibbon.session.files import built_folder, kind_of, read_bounded
 from georibbon.session.outline import Outline, read_outline, tables_of
 
 FORMAT = "georibbon-recording"
 VERSION = 1
+_HEAD = ("format", "version")
 TOML_NAME = "recording.toml"
 MAX_TOML = 4 * 2**20
 MAX_CSV = 256 * 2**20
@@ -33,9 +34,10 @@ def read_recording(path: Path) -> Recording:
     Raises RecordingError, one sentence with the file, the line or the field and
     the remedy, for everything that is not as the format says.
     """
-    if not path.exists():
+    kind = kind_of(path)
+    if kind == "nothing":
         raise RecordingError(f"{path}: there is no such folder; give the folder of a recording")
-    if not path.is_dir():
+    if kind != "folder":
         raise RecordingError(f"{path}: this is no folder; give the folder of a recording")
     outline = _read_toml(path)
     _check_paths(path, outline)
@@ -93,24 +95,23 @@ def _read_toml(folder: Path) -> Outline:
         raise RecordingError(f"{TOML_NAME}: this is not TOML: {told_at}; mend that line") from error
     source = Source(TOML_NAME, RecordingError, text)
     _check_version(document, source)
-    tables = {key: value for key, value in document.items() if key not in ("format", "version")}
+    tables = {key: value for key, value in document.items() if key not in _HEAD}
     return read_outline(tables, source)
 
 
 def _check_version(document: Mapping[str, object], source: Source) -> None:
-    found = document.get("format")
-    if found != FORMAT:
-        is_what = "missing" if found is None else told(found)
-        source.refuse(f'the field format is {is_what}; "{FORMAT}" is expected')
-    version = document.get("version")
-    if isinstance(version, bool) or not isinstance(version, int) or version < 1:
-        is_what = "missing" if version is None else told(version)
-        source.refuse(f"the field version is {is_what}; {VERSION} is expected")
+    head = {key: value for key, value in document.items() if key in _HEAD}
+    table = Table(head, source, "", None, _HEAD)
+    table.choice("format", (FORMAT,))
+    version = table.whole("version", str(VERSION))
     if version > VERSION:
-        source.refuse(
-            f"the field version is {told(version)}, newer than {VERSION}, the newest that this "
-            "program reads; use a newer Georibbon"
+        table.refuse(
+            "version",
+            f"version is {told(version)}, newer than {VERSION}, the newest that this program "
+            "reads; use a newer Georibbon",
         )
+    if version < VERSION:
+        table.refuse("version", f"version is {told(version)}; {VERSION} is expected")
 
 
 def _check_paths(folder: Path, outline: Outline) -> None:

@@ -21,7 +21,7 @@ from georibbon.recording import (
     Workpiece,
 )
 from georibbon.ribbon import Readings, Ribbon, Sensor, SensorKind
-from georibbon.session.fields import MAX_NAME, MAX_TEXT, Source, Table, nearest, told
+from georibbon.session.fields import MAX_NAME, Source, Table, nearest, told
 
 MAX_FILES = 10_000
 MAX_SENSORS = 1_000
@@ -109,7 +109,7 @@ def read_outline(data: Mapping[str, object], source: Source) -> Outline:
     of the wrong type or out of range.
     """
     top = Table(data, source, "", None, _TOP)
-    title = top.text("title", "a title", MAX_TEXT) if "title" in data else None
+    title = top.prose("title", "a title") if "title" in data else None
     ribbon = _ribbon(top)
     workpiece = _workpiece(top)
     poses = tuple(_pose(t) for t in _tables(top, "pose", _POSE, MAX_FILES))

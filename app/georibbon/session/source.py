@@ -4,6 +4,7 @@ from pathlib import Path
 
 from georibbon.errors import RecordingError
 from georibbon.recording import Recording
+from georibbon.session.files import kind_of
 from georibbon.session.folder import TOML_NAME, read_recording
 
 
@@ -13,11 +14,12 @@ def load_source(path: Path) -> Recording:
     What is there decides, not the ending of its name.  Raises RecordingError or
     SessionError.
     """
-    if path.is_dir():
+    kind = kind_of(path)
+    if kind == "folder":
         return read_recording(path)
-    if path.name == TOML_NAME and path.is_file():
+    if kind == "file" and path.name == TOML_NAME:
         return read_recording(path.parent)
-    if not path.exists():
+    if kind == "nothing":
         raise RecordingError(
             f"{path}: there is no such folder or file; give a recording folder or a .georibbon file"
         )
