@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import georibbon
-from georibbon.installation import resource
+from georibbon.resources import resource
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -80,9 +80,7 @@ def test_the_command_is_installed(wheel):
 def test_it_runs_without_the_checkout(installed, tmp_path):
     folder, command = installed
     python = command.with_name("python")
-    where = (
-        "import georibbon, georibbon.installation as i; print(i.resource('x'), georibbon.__file__)"
-    )
+    where = "import georibbon.resources as r; print(r.__file__, r.resource('demonstration.toml'))"
     assert str(ROOT) not in run(str(python), "-c", where, cwd=tmp_path)
     assert str(folder) in run(str(python), "-c", where, cwd=tmp_path)
     assert run(str(command), "--version", cwd=tmp_path) == f"georibbon {georibbon.__version__}\n"

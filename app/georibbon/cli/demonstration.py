@@ -10,7 +10,7 @@ from georibbon.cli.arguments import Parser
 from georibbon.cli.outputs import Outputs
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import ExportError
-from georibbon.installation import resource
+from georibbon.resources import resource
 
 if TYPE_CHECKING:
     from georibbon.simulation import Score, SimulationSettings

@@ -8,7 +8,7 @@ from georibbon.notices import Notice
 
 if TYPE_CHECKING:
     from georibbon.geometry.surface import Surface
-    from georibbon.reconstruction import FittedPass, Reconstruction
+    from georibbon.reconstruction import Reconstruction
 
 
 def print_notices(notices: Iterable[Notice]) -> None:
@@ -25,22 +25,20 @@ def counted(count: int, one: str, many: str | None = None) -> str:
 
 def print_reconstruction(result: "Reconstruction") -> None:
     """The result in a few lines: each pass, the survey, the surface, the notices."""
+    from georibbon.export.curves import position_sigma
+    from georibbon.export.summary import all_notices
+
     for fitted in result.passes:
+        sigma = position_sigma(fitted)
         length = fitted.strip.s[-1] - fitted.strip.s[0]
         print(
             f"{fitted.name:8} {fitted.kind:5} {length:.3f} m  "
-            f"sigma {1e3 * rms_sigma(fitted):.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
+            f"sigma {1e3 * math.hypot(*sigma) / math.sqrt(len(sigma)):.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
             f"{fitted.quality.verdict}: {fitted.quality.reason}"
         )
     if result.surface is not None:
         print_surface(result.surface)
-    print_notices(result.notices)
-
-
-def rms_sigma(fitted: "FittedPass") -> float:
-    """Metres: the root mean square, along a pass, of its position's standard deviation."""
-    traces = fitted.covariance.trace(axis1=1, axis2=2)
-    return math.sqrt(traces.mean())
+    print_notices(all_notices(result))
 
 
 def print_surface(surface: "Surface") -> None:

@@ -182,7 +182,13 @@ def write(result: "Reconstruction", outputs: Outputs, arguments: argparse.Namesp
     for path in arguments.report:
         from georibbon.export.report import write_report
 
-        write_report(result, outputs.place(path), source=str(arguments.source), unit=arguments.unit)
+        write_report(
+            result,
+            outputs.place(path),
+            source=str(arguments.source),
+            unit=arguments.unit,
+            files=[target.name for target in outputs.targets],
+        )
     if arguments.picture:
         from georibbon.export.picture import write_picture
 
@@ -195,4 +201,4 @@ def _write_surface(result: "Reconstruction", place: Path, unit: str) -> None:
 
     if result.surface is None:
         raise SurfaceError(f"{place}: the passes gave no surface; see the notices")
-    write_mesh(result.surface.mesh, place, "m" if unit == "m" else "mm")
+    write_mesh(result.surface.export_mesh, place, "m" if unit == "m" else "mm")
