@@ -109,7 +109,7 @@ SURFACES: Mapping[str, SurfaceKind] = {
         "a large pipe's elbow: passes hang underneath and turn up to face sideways",
         _elbow,
         {"bend": 0.7, "radius": 0.28},
-        start=(0.6, 0.1),
+        start=(0.75, 0.1),
         spacing=0.11,
     ),
     "cylinder": SurfaceKind(
