@@ -213,3 +213,15 @@ def test_few_iterations_give_a_near_answer_and_more_a_nearer_one():
     rough = np.abs(closest_point(SURFACES["ellipsoid"], points, grid=12, iterations=1).distance)
     assert (rough > exact).all()
     np.testing.assert_allclose(rough, exact, atol=1e-2)
+
+
+def test_steps_that_would_move_away_are_shortened():
+    flat = Ellipsoid(1.0, 0.2, 0.1)
+    points = flat.points(inside(flat)) + 0.05 * np.random.default_rng(7).standard_normal((150, 3))
+    found = closest_point(flat, points, grid=4)
+    jet, gap = flat.jet(found.uv), points - found.points
+    np.testing.assert_allclose(dot(jet.pu, gap), 0.0, atol=1e-9)
+    np.testing.assert_allclose(dot(jet.pv, gap), 0.0, atol=1e-9)
+    nodes = np.stack(np.meshgrid(*np.linspace(flat.lower, flat.upper, 4).T), axis=2).reshape(-1, 2)
+    start = np.linalg.norm(points[:, None] - flat.points(nodes)[None], axis=2).min(axis=1)
+    assert (np.abs(found.distance) <= start + 1e-12).all()
