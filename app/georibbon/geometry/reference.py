@@ -515,7 +515,7 @@ class ClosestPoints(NamedTuple):
 
 
 def closest_point(
-    surface: ReferenceSurface, points: FloatArray, grid: int = 200, iterations: int = 30
+    surface: ReferenceSurface, points: FloatArray, grid: int = 200, iterations: int = 60
 ) -> ClosestPoints:
     """The points of a surface closest to `points` (n, 3), metres.
 
