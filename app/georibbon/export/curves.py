@@ -1,8 +1,5 @@
 """The passes' curves as CSV."""
 
-import csv
-import io
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -31,21 +28,21 @@ def write_curves(reconstruction: Reconstruction, path: Path) -> None:
     or a place that cannot be written.
     """
     require_ending(path, (".csv",), "curves")
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for fitted in reconstruction.passes:
-        writer.writerows(_rows(fitted))
-    write_whole(path, text.getvalue().encode("utf-8"))
+    text = ",".join(COLUMNS) + "\n" + "".join(map(_rows, reconstruction.passes))
+    write_whole(path, text.encode("utf-8"))
 
 
-def _rows(fitted: FittedPass) -> Iterator[tuple[str, ...]]:
+def _rows(fitted: FittedPass) -> str:
     strip, sigma = fitted.strip, position_sigma(fitted)
-    before = np.column_stack((strip.s, strip.points, strip.normals, sigma))
-    for row, tangent in zip(before.tolist(), strip.tangents.tolist(), strict=True):
-        yield (
-            fitted.name,
-            *(f"{value:.10g}" for value in row),
-            fitted.kind,
-            *(f"{value:.10g}" for value in tangent),
-        )
+    numbers = np.column_stack((strip.s, strip.points, strip.normals, sigma, strip.tangents))
+    # A percent sign in a name must not be taken for a place to put a number.
+    name = _quoted(fitted.name).replace("%", "%%")
+    row = f"{name},{','.join(['%.10g'] * 8)},{fitted.kind},{','.join(['%.10g'] * 3)}\n"
+    return (row * len(numbers)) % tuple(numbers.ravel().tolist())
+
+
+def _quoted(name: str) -> str:
+    """The name as a CSV field (RFC 4180): in quotes where it holds a sign of the format."""
+    if any(sign in name for sign in ',"\r\n') or name != name.strip():
+        return '"' + name.replace('"', '""') + '"'
+    return name

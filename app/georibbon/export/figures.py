@@ -32,23 +32,29 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "text.parse_math": False,  # a name with two dollar signs is a name
 }
-_LINES = [
-    (colour, style)
-    for style in ("-", "--", "-.")
-    for colour in ("#1b6ca8", "#c1440e", "#2e8b57", "#7b4fa3", "#8a6d1a", "#404854")
-]
+_COLOURS = ("#1b6ca8", "#c1440e", "#2e8b57", "#7b4fa3", "#8a6d1a", "#404854")
+# Each next line differs in both, so that passes that lie on one another are both seen.
+_STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (8, 2, 2, 2)))
+_LINES = [(_COLOURS[i % 6], _STYLES[i % 4]) for i in range(12)]
 _MOST_NAMED = len(_LINES)
 _LONGEST_NAME = 16
 _RESIDUAL_LIMIT = 4.0
 _PAGE_WIDTH = 7.3  # inches between the margins of an A4 page
 
 
-def passes_figure(reconstruction: Reconstruction) -> bytes:
-    """Plan (seen from above), heights and uncertainty along the passes, as SVG."""
+def plan_figure(reconstruction: Reconstruction) -> bytes:
+    """The passes seen from above, coloured by their uncertainty, as SVG."""
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(_PAGE_WIDTH, 7.4), layout="constrained")
-        plan, profile, uncertainty = figure.subplots(3, 1, height_ratios=(1.7, 1, 1))
-        _draw_plan(figure, plan, reconstruction.passes)
+        figure = Figure(figsize=(_PAGE_WIDTH, 3.4), layout="constrained")
+        _draw_plan(figure, figure.subplots(), reconstruction.passes)
+        return _svg(figure)
+
+
+def profiles_figure(reconstruction: Reconstruction) -> bytes:
+    """Height and uncertainty along each pass, as SVG."""
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(_PAGE_WIDTH, 4.0), layout="constrained")
+        profile, uncertainty = figure.subplots(2, 1, sharex=True)
         _draw_profiles(profile, uncertainty, reconstruction.passes)
         return _svg(figure)
 
@@ -97,7 +103,7 @@ def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> No
         _name_starts(plan, passes)
     plan.set_aspect("equal", adjustable="datalim")
     plan.autoscale_view()
-    plan.margins(0.06)
+    plan.margins(0.08)
     plan.set(xlabel="x, mm", ylabel="y, mm")
     plan.set_title("Plan: passes seen from above", loc="left", fontweight="bold")
     bar = figure.colorbar(plan.collections[0], ax=plan, aspect=25, pad=0.01)

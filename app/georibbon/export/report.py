@@ -72,15 +72,17 @@ def report_html(
         lstrip_blocks=True,
     )
     page.filters["number"] = _number
+    page.filters["short"] = _short
     return page.get_template("report.html").render(
         data,
         title=_title(data["source"], title),
-        created=(created or datetime.now()).astimezone().strftime("%Y-%m-%d %H:%M (UTC%z)"),
+        created=(created or datetime.now()).astimezone().isoformat(" ", "minutes"),
         style=Markup(style),  # noqa: S704  our own file, not a person's text
         style_hash=base64.b64encode(hashlib.sha256(style.encode("utf-8")).digest()).decode(),
         scene=_embedded(picture(reconstruction, _PICTURE_SIZE), "image/png"),
-        passes_figure=_embedded(figures.passes_figure(reconstruction), "image/svg+xml"),
-        residuals_figure=_embedded(figures.residuals_figure(reconstruction), "image/svg+xml"),
+        plan=_embedded(figures.plan_figure(reconstruction), "image/svg+xml"),
+        profiles=_embedded(figures.profiles_figure(reconstruction), "image/svg+xml"),
+        residuals=_embedded(figures.residuals_figure(reconstruction), "image/svg+xml"),
     )
 
 
@@ -96,3 +98,8 @@ def _embedded(data: bytes, kind: str) -> str:
 def _number(value: float | None, digits: int) -> str:
     """A number as a person reads it; a dash where there is none."""
     return "–" if value is None else f"{value:.{digits}f}"
+
+
+def _short(value: float | None) -> str:
+    """A number to three digits, whatever its size."""
+    return "–" if value is None else f"{value:.3g}"

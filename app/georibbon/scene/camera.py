@@ -8,7 +8,7 @@ from georibbon.ribbon import FloatArray
 
 # From where a person would look first, best first; the last four look from underneath.
 _DIRECTIONS = np.array(
-    [[x, y, z] for z in (0.75, -0.75) for x, y in ((-0.7, -1), (0.7, -1), (-0.7, 1), (0.7, 1))]
+    [[x, y, z] for z in (0.95, -0.95) for x, y in ((-0.7, -1), (0.7, -1), (-0.7, 1), (0.7, 1))]
 )
 _UP = np.array([0.0, 0.0, 1.0])
 

@@ -1,7 +1,7 @@
 """One look-up table for quantities, in 2D and in 3D, and the scene's fixed colours.
 
 The map is viridis (Smith and van der Walt 2015): even steps to the eye, readable
-in grey and by people who confuse red and green.  It is kept as nine anchors,
+in grey and by people who confuse red and green.  It is kept as 24 anchors,
 between which linear interpolation stays within three of 255 levels, so that the
 scene needs no plotting library.
 """
@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 Colour = tuple[float, float, float]
 
-_ANCHORS = "440154 472d7b 3b528b 2c728e 21918c 28ae80 5ec962 addc30 fde725"
+_ANCHORS = (
+    "440154 471164 482072 472e7c 433c84 3f4989 39558c 34608d 2f6b8e 2b768e 26808e 228b8d "
+    "1f958b 1fa088 24aa83 30b47c 41be72 57c766 6fcf58 8ad647 a7db34 c5e022 e2e418 fde725"
+)
 
 BACKGROUND: Colour = (1.0, 1.0, 1.0)
 INK: Colour = (0.13, 0.15, 0.18)

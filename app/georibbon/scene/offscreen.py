@@ -17,7 +17,7 @@ from georibbon.scene.scene import Scene
 # Loaded for what loading does: they register the drawing of text and of everything else.
 _REGISTERED = (vtkmodules.vtkRenderingFreeType, vtkmodules.vtkRenderingOpenGL2)
 _SAMPLES = 8
-_LINES_OF_TEXT = 55  # that would fill a picture's height
+_LINES_OF_TEXT = 44  # that would fill the height of a picture of 16 to 10
 
 
 def render(reconstruction: Reconstruction, size: tuple[int, int]) -> NDArray[np.uint8]:
@@ -26,7 +26,7 @@ def render(reconstruction: Reconstruction, size: tuple[int, int]) -> NDArray[np.
     size: (width, height), pixels.  Raises ExportError where the system cannot draw.
     """
     width, height = size
-    scene = Scene(reconstruction, font_size=round(height / _LINES_OF_TEXT))
+    scene = Scene(reconstruction, font_size=round(min(height, width / 1.6) / _LINES_OF_TEXT))
     window = offscreen_window(size)
     try:
         scene.attach(window)

@@ -62,7 +62,7 @@ class Scene:
             self._add(overlays.scalar_bar(table, step, font_size))
         for line in overlays.key(self._key, font_size):
             self._add(line)
-        self._lights = vtkLightKit()
+        self._lights = _lights(from_above=bool(self.direction[2] > 0))
         self._lights.AddLightsToRenderer(self.renderer)
 
     def attach(self, window: vtkRenderWindow) -> None:
@@ -154,6 +154,15 @@ class Scene:
         self._add(actors.line_actor(lines, GRID, 1.0))
         self._points = np.concatenate((self._points, *lines))
         self._key.append((f"┼ grid, {step * 1e3:g} mm", GRID_WORDS))
+
+
+def _lights(from_above: bool) -> vtkLightKit:
+    """Key, fill and back light that go with the camera, the key on the visible side."""
+    lights = vtkLightKit()
+    side = 1.0 if from_above else -1.0
+    lights.SetKeyLightElevation(50.0 * side)
+    lights.SetFillLightElevation(-75.0 * side)
+    return lights
 
 
 def _extent(result: Reconstruction) -> FloatArray:
