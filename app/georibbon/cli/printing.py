@@ -30,10 +30,11 @@ def print_reconstruction(result: "Reconstruction") -> None:
 
     for fitted in result.passes:
         sigma = position_sigma(fitted)
+        rms = math.hypot(*sigma) / math.sqrt(len(sigma))
         length = fitted.strip.s[-1] - fitted.strip.s[0]
         print(
             f"{fitted.name:8} {fitted.kind:5} {length:.3f} m  "
-            f"sigma {1e3 * math.hypot(*sigma) / math.sqrt(len(sigma)):.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
+            f"sigma {1e3 * rms:.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
             f"{fitted.quality.verdict}: {fitted.quality.reason}"
         )
     if result.surface is not None:

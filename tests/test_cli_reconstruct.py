@@ -1,0 +1,246 @@
+"""`georibbon reconstruct`."""
+
+import csv
+import json
+import math
+import shutil
+
+import pytest
+
+from georibbon.cli import main
+from georibbon.errors import ExportError
+
+OUTPUTS = ("part.stl", "part.obj", "part.ply", "part.csv", "part.json", "part.html", "part.png")
+FLAGS = {"stl": "surface", "obj": "surface", "ply": "surface", "csv": "curves", "png": "picture"}
+
+
+def asked(folder, *names: str) -> list[str]:
+    """The options that ask for these files in a folder."""
+    return [f"--{FLAGS.get(name.rpartition('.')[2], 'report')}={folder / name}" for name in names]
+
+
+@pytest.fixture(scope="module")
+def done(small_capture, tmp_path_factory):
+    """A folder with every output of the small capture."""
+    folder = tmp_path_factory.mktemp("done")
+    assert main(["reconstruct", str(small_capture), *asked(folder, *OUTPUTS)]) == 0
+    return folder
+
+
+@pytest.fixture
+def settings_asked(monkeypatch):
+    """The settings and the calibration with which `reconstruct` was called, which then fails."""
+    seen = {}
+
+    def reconstruct(_recording, settings, calibration):
+        seen.update(settings=settings, calibration=calibration)
+        raise ExportError("stopped here")
+
+    monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)
+    return seen
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Makes the long work a fault: what is refused late exits with 1."""
+
+    def reconstruct(*_):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)
+
+
+def refused(words, capsys) -> str:
+    capsys.readouterr()
+    assert main([str(word) for word in words]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("georibbon: error: ")
+    assert told.count("\n") == 1
+    return told
+
+
+def points(curves) -> list[float]:
+    """All coordinates of a curves file, one after the other."""
+    with curves.open(newline="", encoding="utf-8") as file:
+        return [float(row[axis]) for row in csv.DictReader(file) for axis in ("x", "y", "z")]
+
+
+def vertices(obj) -> list[float]:
+    """All coordinates of an OBJ file's vertices, one after the other."""
+    lines = obj.read_text(encoding="ascii").splitlines()
+    return [float(word) for line in lines if line.startswith("v ") for word in line.split()[1:]]
+
+
+def test_every_output_is_there_and_nothing_else(done):
+    assert {path.name for path in done.iterdir()} == set(OUTPUTS)
+    assert all(path.stat().st_size > 0 for path in done.iterdir())
+
+
+def test_the_curves(done):
+    with (done / "part.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {"pass", "s", "x", "y", "z", "nx", "ny", "nz", "sigma"} <= set(rows[0])
+    assert {row["pass"] for row in rows} == {"P1", "P2", "P3"}
+    lengths = [float(row["s"]) for row in rows if row["pass"] == "P2"]
+    assert lengths == sorted(lengths)
+    assert lengths[-1] == pytest.approx(0.6)
+    for row in rows[::20]:
+        assert math.hypot(*(float(row[axis]) for axis in ("nx", "ny", "nz"))) == pytest.approx(1)
+        assert 0 < float(row["sigma"]) < 0.02
+
+
+def test_the_report(done, small_capture):
+    report = json.loads((done / "part.json").read_text(encoding="utf-8"))
+    assert report["source"] == str(small_capture)
+    assert (report["method"], report["unit"]) == ("ribbon", "mm")
+    assert [run["name"] for run in report["passes"]] == ["P1", "P2", "P3"]
+    assert set(OUTPUTS) == set(report["files"])
+
+
+def test_units(done, small_capture, tmp_path):
+    words = asked(tmp_path, "part.obj", "part.json")
+    assert main(["reconstruct", str(small_capture), *words, "--unit=m"]) == 0
+    metres = [1000 * value for value in vertices(tmp_path / "part.obj")]
+    assert vertices(done / "part.obj") == pytest.approx(metres, abs=1e-3)
+    assert json.loads((tmp_path / "part.json").read_text(encoding="utf-8"))["unit"] == "m"
+
+
+def test_a_session_gives_what_its_recording_gives(done, small_capture, tmp_path):
+    session, back = tmp_path / "s.georibbon", tmp_path / "back"
+    assert main(["import", str(small_capture), "-o", str(session)]) == 0
+    assert main(["export", str(session), "--recording", str(back)]) == 0
+    for source in (session, back):
+        assert main(["reconstruct", str(source), *asked(tmp_path, "part.csv")]) == 0
+        assert (tmp_path / "part.csv").read_bytes() == (done / "part.csv").read_bytes()
+
+
+def test_the_summary(small_capture, tmp_path, capsys):
+    capsys.readouterr()
+    assert main(["reconstruct", str(small_capture), *asked(tmp_path, "part.stl")]) == 0
+    told = capsys.readouterr().out
+    for line in ("P1 ", "P2 ", "P3 ", "surface "):
+        assert f"\n{line}" in f"\n{told}"
+    assert told.endswith(f"written: {tmp_path / 'part.stl'} (mm)\n")
+
+
+def test_without_outputs_it_tells_alone(small_capture, capsys):
+    capsys.readouterr()
+    assert main(["reconstruct", str(small_capture)]) == 0
+    assert "written" not in capsys.readouterr().out
+
+
+def test_a_calibration_serves_a_recording_without_poses(done, small_capture, tmp_path, capsys):
+    bare, file = tmp_path / "bare", tmp_path / "ribbon.json"
+    assert main(["calibrate", str(small_capture), "-o", str(file)]) == 0
+    shutil.copytree(small_capture, bare)
+    shutil.rmtree(bare / "calibration")
+    toml = (bare / "recording.toml").read_text(encoding="utf-8")
+    parts = toml.split("[[pose]]")
+    rest = parts[-1][parts[-1].index("[[") :]
+    (bare / "recording.toml").write_text(parts[0] + rest, encoding="utf-8")
+    assert "calibration" in refused(["reconstruct", bare], capsys)
+    words = [f"--calibration={file}", *asked(tmp_path, "part.csv")]
+    assert main(["reconstruct", str(bare), *words]) == 0
+    assert points(tmp_path / "part.csv") == pytest.approx(points(done / "part.csv"), abs=2e-4)
+
+
+def test_settings_by_default(small_capture, settings_asked):
+    from georibbon.geometry.surface import SurfaceSettings
+    from georibbon.reconstruction import ReconstructionSettings
+
+    main(["reconstruct", str(small_capture)])
+    assert settings_asked["calibration"] is None
+    settings = settings_asked["settings"]
+    assert (settings.method, settings.neighbours) == ("ribbon", True)
+    assert dict(settings.smoothing) == {}
+    assert settings.surface == SurfaceSettings()
+    assert settings.method == ReconstructionSettings().method
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "value"),
+    [
+        (["--method=paper"], "method", "paper"),
+        (["--no-neighbours"], "neighbours", False),
+        (["--smoothing=auto"], "smoothing", {}),
+        (["--smoothing=60"], "smoothing", {"*": 0.06}),
+        (["--smoothing=60", "--smoothing=P3=90"], "smoothing", {"*": 0.06, "P3": 0.09}),
+        (["--smoothing", "P1=40.5"], "smoothing", {"P1": 0.0405}),
+        (["--tolerance=0.2"], "surface.tolerance", 0.0002),
+        (["--thickness=2"], "surface.thickness", 0.002),
+    ],
+)
+def test_each_option_reaches_its_setting(small_capture, settings_asked, words, name, value):
+    assert main(["reconstruct", str(small_capture), *words]) == 2
+    found = settings_asked["settings"]
+    for part in name.split("."):
+        found = getattr(found, part)
+    assert found == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["--surface=part.step"], "part.step"),
+        (["--surface=part"], "part"),
+        (["--curves=part.txt"], "part.txt"),
+        (["--report=part.pdf"], "part.pdf"),
+        (["--picture=part.jpg"], "part.jpg"),
+        (["--surface=missing/part.stl"], "missing"),
+        (["--surface=part.stl", "--surface=./part.stl"], "two outputs"),
+        (["--method=guess"], "guess"),
+        (["--unit=inch"], "inch"),
+        (["--smoothing=rough"], "rough"),
+        (["--smoothing=-5"], "-5"),
+        (["--smoothing=P9=60"], "P9"),
+        (["--smoothing=P1="], "''"),
+        (["--smoothing==60"], "=60"),
+        (["--tolerance=0"], "0"),
+        (["--tolerance=-1"], "-1"),
+        (["--tolerance=nan"], "nan"),
+        (["--thickness=thick"], "thick"),
+        (["--calibration=missing.json"], "missing.json"),
+    ],
+)
+@pytest.mark.usefixtures("no_work")
+def test_refused_before_the_work(small_capture, tmp_path, monkeypatch, words, named, capsys):
+    monkeypatch.chdir(tmp_path)
+    told = refused(["reconstruct", small_capture, "--report=good.json", *words], capsys)
+    assert named in told
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("no_work")
+def test_an_input_is_not_overwritten(small_capture, tmp_path, capsys):
+    file = tmp_path / "ribbon.json"
+    file.write_text("{}")
+    words = [f"--calibration={file}", f"--report={file}"]
+    assert "input" in refused(["reconstruct", small_capture, *words], capsys)
+    assert file.read_text() == "{}"
+
+
+def test_a_broken_recording_leaves_nothing(small_capture, tmp_path, capsys):
+    broken, out = tmp_path / "broken", tmp_path / "out"
+    out.mkdir()
+    shutil.copytree(small_capture, broken)
+    (broken / "passes" / "p3.csv").unlink()
+    told = refused(["reconstruct", broken, *asked(out, *OUTPUTS)], capsys)
+    assert "p3.csv" in told
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(ExportError("no room"), 2), (OSError(28, "No space left", "x"), 2), (RuntimeError(), 1)],
+)
+def test_a_failure_at_the_last_file_leaves_nothing(
+    small_capture, tmp_path, monkeypatch, error, code
+):
+    def fail(*_args, **_settings):
+        raise error
+
+    monkeypatch.setattr("georibbon.export.picture.write_picture", fail)
+    (tmp_path / "part.csv").write_text("yesterday's")
+    assert main(["reconstruct", str(small_capture), *asked(tmp_path, *OUTPUTS)]) == code
+    assert [path.name for path in tmp_path.iterdir()] == ["part.csv"]
+    assert (tmp_path / "part.csv").read_text() == "yesterday's"
