@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.calibration.poses import Block
-from georibbon.calibration.separable import Adjusted, Directions, Prior, Problem, adjust
+from georibbon.calibration.separable import Adjusted, Directions, Prior, Problem, Tie, adjust
 from georibbon.ribbon import FloatArray
 
 NOISE = 1e-3  # g: one unit of weight
@@ -42,7 +42,8 @@ def tangents(up: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(up, first)], axis=2)
 
 
-def _directions(q: FloatArray) -> Directions:
+def directions_of(q: FloatArray) -> Directions:
+    """The poses' "up", (3 p,) or (p, 3), and how each moves along its two tangents."""
     up = q.reshape(-1, 3)
     p = len(up)
     jacobian = np.zeros((p, 3, p, 2))
@@ -62,16 +63,23 @@ def prior_of(block: Block, noise: float, gain: float, bias: float) -> Prior:
     return Prior(theta, np.array([noise / gain] * 3 + [noise / bias]) ** 2)
 
 
-def fit_accelerometers(block: Block) -> StageA:
-    """The accelerometers and the poses' "up" from their readings."""
+def fit_accelerometers(
+    block: Block, start: FloatArray | None = None, tie: Tie | None = None
+) -> StageA:
+    """The accelerometers and the poses' "up", (p, 3), from their readings.
+
+    start: (p, 3) where to begin, the readings' median when it is not given;
+    tie: what is known of "up" besides.
+    """
     problem = Problem(
         np.where(block.valid[:, :, None], block.values, 0.0),
         block.valid.astype(np.float64),
         block.axes.astype(np.float64),
         prior_of(block, NOISE, GAIN_SPREAD, BIAS_SPREAD),
-        _directions,
+        directions_of,
         _move,
         FLOOR,
+        tie,
     )
-    adjusted = adjust(problem, start_up(block).ravel())
+    adjusted = adjust(problem, (start_up(block) if start is None else start).ravel())
     return StageA(adjusted.q.reshape(-1, 3), adjusted)

@@ -12,11 +12,12 @@ from georibbon.calibration.accelerometers import (
     FLOOR,
     GAIN_SPREAD,
     StageA,
+    directions_of,
     fit_accelerometers,
     prior_of,
     start_up,
 )
-from georibbon.calibration.gauge import Gauge, settle
+from georibbon.calibration.gauge import FACE, Gauge, fit_gauge, settle
 from georibbon.calibration.magnetometers import FLOOR as FIELD_FLOOR
 from georibbon.calibration.magnetometers import StageB, fit_magnetometers
 from georibbon.calibration.model import (
@@ -26,6 +27,7 @@ from georibbon.calibration.model import (
     SensorModel,
 )
 from georibbon.calibration.poses import Attitudes, Block, attitudes, block, pose_means
+from georibbon.calibration.separable import Tie
 from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
@@ -34,6 +36,9 @@ from georibbon.ribbon import FloatArray, Ribbon
 Hemisphere = Literal["north", "south"]
 # Gains are looked at, before any fit, against "up" known to some hundredths of g.
 ROUGH = 0.02
+# The noise of a pose mean, g, that the squareness of the faces is weighed against.
+READING = 1e-4
+ROUNDS = 2
 # A pose without values in most columns tells nothing.
 LEAST_SHARE = 0.5
 # The figures A and B are for this much noise, in units of one reading's.
@@ -76,6 +81,7 @@ def calibrate(
     field = _field(magnetometers, first, asked)
     gauge, off = settle(field.stage.frames, asked.roll, asked.table)
     gates.require_gauge(gauge.sigma)
+    first, field, gauge = _squared(accelerometers, first, field, gauge, asked, off)
     out += field.out
     notices += [item.notice() for item in out]
     notices += gates.require_dip(field.stage.dip, hemisphere)
@@ -165,6 +171,30 @@ def _field(magnetometers: Block, first: StageA, asked: Attitudes) -> _Field:
     return _Field(left, stage, out)
 
 
+def _squared(
+    accelerometers: Block,
+    first: StageA,
+    field: _Field,
+    gauge: Gauge,
+    asked: Attitudes,
+    off: list[tuple[int, float]],
+) -> tuple[StageA, _Field, Gauge]:
+    """Both stages again, now that the gauge says what square faces mean for "up".
+
+    The readings hardly tell a shear between the bar's y and z when all poses
+    stand on a face; that the faces are square does.
+    """
+    table = asked.table.copy()
+    table[[place for place, _ in off]] = False
+    for _ in range(ROUNDS):
+        tie = Tie(gauge.square * (READING / FACE) ** 2, gauge.target)
+        first = fit_accelerometers(accelerometers, first.up, tie)
+        stage = fit_magnetometers(field.block, asked.level, first.up, asked.heading, field.stage)
+        field = replace(field, stage=stage)
+        gauge = fit_gauge(stage.frames, asked.roll, table)
+    return first, field, gauge
+
+
 def _off_notice(asked: Attitudes, place: int, angle: float) -> Notice:
     return Notice(
         "pose-not-flat",
@@ -180,8 +210,9 @@ def _quality(
     a, b = first.adjusted, field.stage.adjusted
     axes_a, axes_b = block_a.axes.astype(np.float64), field.block.axes.astype(np.float64)
     poses = len(first.up)
-    square = a.normals.reduced + gauge.constraint * quality.SQUARE * a.normals.reduced.max()
-    figure = quality.determined(replace(a.normals, reduced=square), axes_a, 3)
+    moves = directions_of(first.up).jacobian.reshape(3 * poses, 2 * poses)
+    square = moves.T @ gauge.square @ moves * quality.SQUARE
+    figure = quality.determined(replace(a.normals, reduced=a.normals.reduced + square), axes_a, 3)
     known_a, known_b = (
         quality.determined(a.normals, axes_a, 3),
         quality.determined(b.normals, axes_b),

@@ -33,8 +33,9 @@ class Gauge:
     sigma: radians, of the common rotation, about the axis where it is largest,
     for faces as square as FACE says; found: the same for faces as square as the
     residuals say; residuals: (p,) radians, how far each table pose is off its face (NaN: not on
-    the table).  constraint: (2 p, 2 p), the information on the poses' "up" (in
-    the basis `tangents`) that the bar's faces give when they are exactly square.
+    the table).  target: (p, 3) "up" in the solution's frame as the faces have it.
+    square: (3 p, 3 p) projection of the poses' "up" on what square faces say of
+    them, whatever the rotation and the tilt are.
     """
 
     rotation: FloatArray
@@ -42,7 +43,8 @@ class Gauge:
     sigma: float
     found: float
     residuals: FloatArray
-    constraint: FloatArray
+    target: FloatArray
+    square: FloatArray
 
 
 def skew(v: FloatArray) -> FloatArray:
@@ -91,9 +93,11 @@ def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
             break
     off = np.full(len(table), np.nan)
     off[places] = np.linalg.norm(residual, axis=1)
-    constraint = _constraint(up, jacobian, rotation, places, len(table))
+    target = frames[:, 2, :].copy()
+    target[places] -= residual @ rotation.T
+    square = _square(up, jacobian, rotation, places, len(table))
     sigma = gauge_sigma(jacobian)
-    return Gauge(rotation, tilt, sigma, sigma * _roughness(residual), off, constraint)
+    return Gauge(rotation, tilt, sigma, sigma * _roughness(residual), off, target, square)
 
 
 def _roughness(residual: FloatArray) -> float:
@@ -124,16 +128,18 @@ def settle(
     return gauge, out
 
 
-def _constraint(
+def _square(
     up: FloatArray, jacobian: FloatArray, rotation: FloatArray, places: IntArray, poses: int
 ) -> FloatArray:
     basis = tangents(up)
     nuisance = np.einsum("pca,pcm->pam", basis, rotation @ jacobian).reshape(-1, 5)
     free = np.eye(len(nuisance)) - nuisance @ np.linalg.pinv(nuisance, rcond=1e-4)
-    full = np.zeros((poses, 2, poses, 2))
     pairs = free.reshape(len(places), 2, len(places), 2)
-    full[places[:, None], :, places[None, :], :] = pairs.transpose(0, 2, 1, 3)
-    return full.reshape(2 * poses, 2 * poses)
+    full = np.zeros((poses, 3, poses, 3))
+    full[places[:, None], :, places[None, :], :] = np.einsum(
+        "pca,paqb,qdb->pqcd", basis, pairs, basis, optimize=True
+    )
+    return full.reshape(3 * poses, 3 * poses)
 
 
 def gauge_sigma(jacobian: FloatArray) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from georibbon.calibration.accelerometers import prior_of
-from georibbon.calibration.poses import UP, Block, BoolArray
+from georibbon.calibration.poses import UP, Block, BoolArray, rotation_z
 from georibbon.calibration.separable import (
     Adjusted,
     Directions,
@@ -200,12 +200,17 @@ def _upright(stage: _Stage, found: Adjusted) -> Adjusted:
 
 
 def fit_magnetometers(
-    block: Block, level: FloatArray, up: FloatArray, headings: FloatArray
+    block: Block,
+    level: FloatArray,
+    up: FloatArray,
+    headings: FloatArray,
+    known: StageB | None = None,
 ) -> StageB:
     """The magnetometers, the headings and the dip.
 
     level: (p, 3, 3) the poses' attitudes before their heading; up: (p, 3) from
-    stage A; headings: (p,) radians, as they were asked for.
+    stage A; headings: (p,) radians, as they were asked for.  known: a solution
+    for nearly the same "up", from which only the adjustment is done again.
     """
     frames = levelled(level, up)
     problem = Problem(
@@ -217,18 +222,16 @@ def fit_magnetometers(
         _move,
         FLOOR,
     )
+    if known is not None:
+        return _result(adjust(problem, np.append(known.headings, known.dip)), frames)
     stage = _Stage(problem, prior_of(block, START_NOISE, GAIN_SPREAD, BIAS_SPREAD), frames)
     found = _best(stage, _starts_from_labels(stage, headings))
     if _suspects(stage, found).any() or stage.judge(found) > SUSPECT * problem.valid.sum():
         other = _best(stage, _starts_without_labels(stage))
         found = min(found, other, key=stage.judge)
-    found = _upright(stage, found)
-    turned = _turned(found.q[:-1])
+    return _result(_upright(stage, found), frames)
+
+
+def _result(found: Adjusted, frames: FloatArray) -> StageB:
+    turned = rotation_z(found.q[:-1])
     return StageB(found.q[:-1], float(found.q[-1]), turned @ frames, found)
-
-
-def _turned(headings: FloatArray) -> FloatArray:
-    """(p, 3, 3) rotations about the vertical by (p,) headings."""
-    c, s, zero = np.cos(headings), np.sin(headings), np.zeros_like(headings)
-    one = np.ones_like(headings)
-    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=1).reshape(-1, 3, 3)

@@ -71,6 +71,23 @@ class Adjusted:
 
 
 @dataclass(frozen=True, eq=False)
+class Tie:
+    """What is known of the shared directions besides the readings.
+
+    information: (3 p, 3 p) in units of one reading's precision, on their
+    offsets from target: (p, 3).
+    """
+
+    information: FloatArray
+    target: FloatArray
+
+    def cost(self, d: FloatArray) -> float:
+        """The share of the directions d (p, 3) in the cost."""
+        offset = (d - self.target).ravel()
+        return float(offset @ self.information @ offset)
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Readings (n, p, 3), which cells count (n, p), axes of each sensor (n,), and the model.
 
@@ -85,6 +102,7 @@ class Problem:
     directions: Callable[[FloatArray], Directions]
     move: Callable[[FloatArray, FloatArray], FloatArray]
     floor: float
+    tie: Tie | None = None
 
 
 def design(d: FloatArray) -> FloatArray:
@@ -131,7 +149,9 @@ def robust_weights(cells: FloatArray, valid: FloatArray, floor: float) -> FloatA
     return valid / (1.0 + (cells / scale) ** 2) ** 2
 
 
-def normals(theta: FloatArray, at: Directions, weights: FloatArray, prior: Prior) -> Normals:
+def normals(
+    theta: FloatArray, at: Directions, weights: FloatArray, prior: Prior, tie: Tie | None = None
+) -> Normals:
     """The normal matrices with the sensors' unknowns eliminated (Schur complement)."""
     root = np.sqrt(weights)
     moved = np.einsum("nkc,pcm->npkm", theta[:, :, :3], at.jacobian) * root[:, :, None, None]
@@ -141,13 +161,20 @@ def normals(theta: FloatArray, at: Directions, weights: FloatArray, prior: Prior
     sensors = sensor_normals(at.d, weights, prior.precision)
     white = np.linalg.solve(np.linalg.cholesky(sensors), coupling).reshape(n * 4 * 3, m)
     flat = moved.reshape(n * p * 3, m)
-    return Normals(sensors, coupling.reshape(n, 4, 3, m), flat.T @ flat - white.T @ white)
+    reduced = flat.T @ flat - white.T @ white
+    if tie is not None:
+        moves = at.jacobian.reshape(3 * p, m)
+        reduced = reduced + moves.T @ tie.information @ moves
+    return Normals(sensors, coupling.reshape(n, 4, 3, m), reduced)
 
 
-def _step(now: Adjusted, at: Directions, prior: Prior) -> FloatArray:
+def _step(problem: Problem, now: Adjusted, at: Directions, prior: Prior) -> FloatArray:
     """The Gauss-Newton step of q for the weights as they are."""
-    matrix = normals(now.theta, at, now.weights, prior).reduced
+    matrix = normals(now.theta, at, now.weights, prior, problem.tie).reduced
     pull = np.einsum("nkc,np,npk->pc", now.theta[:, :, :3], now.weights, now.residuals)
+    if problem.tie is not None:
+        offset = (at.d - problem.tie.target).ravel()
+        pull = pull - (problem.tie.information @ offset).reshape(pull.shape)
     gradient = np.einsum("pc,pcm->m", pull, at.jacobian)
     damping = DAMPING * max(float(np.trace(matrix)) / len(gradient), 1e-30)
     return np.linalg.solve(matrix + damping * np.eye(len(gradient)), gradient)
@@ -155,8 +182,10 @@ def _step(now: Adjusted, at: Directions, prior: Prior) -> FloatArray:
 
 def _at(problem: Problem, q: FloatArray, weights: FloatArray, prior: Prior) -> Adjusted:
     """The solution's state at q: sensors solved for, weighted cost with the prior's share."""
-    theta, residuals = linear_fit(problem.values, problem.directions(q).d, weights, prior)
+    d = problem.directions(q).d
+    theta, residuals = linear_fit(problem.values, d, weights, prior)
     pulled = ((theta - prior.theta) ** 2 * prior.precision).sum()
+    pulled = pulled + (problem.tie.cost(d) if problem.tie is not None else 0.0)
     cost = float((weights[:, :, None] * residuals**2).sum() + pulled)
     return Adjusted(q, theta, residuals, weights, cost, _NO_NORMALS)
 
@@ -179,14 +208,14 @@ def adjust(problem: Problem, q: FloatArray, *, robust: bool = True) -> Adjusted:
             weights = robust_weights(cells, problem.valid, problem.floor)
             now = _at(problem, now.q, weights, prior)
         at = problem.directions(now.q)
-        now, size = _descend(problem, now, _step(now, at, prior), prior)
+        now, size = _descend(problem, now, _step(problem, now, at, prior), prior)
         if released:
             prior = replace(prior, theta=now.theta)
             if size < CONVERGED_AT:
                 break
         elif size < RELEASED_AT:
             released, prior = True, replace(prior, theta=now.theta)
-    found = normals(now.theta, problem.directions(now.q), now.weights, problem.prior)
+    found = normals(now.theta, problem.directions(now.q), now.weights, problem.prior, problem.tie)
     return replace(now, normals=found)
 
 
