@@ -97,7 +97,8 @@ DEFECTS = {
     "time no number": (HEAD + "now,1,2,3\n", 'line 2, column t: "now"'),
     "time not finite": (HEAD + "inf,1,2,3\n", 'line 2, column t: "inf"'),
     "time infinite": (HEAD + "1e999,1,2,3\n", "line 2, column t: inf"),
-    "time standing": (HEAD + "0,1,2,3\n0,1,2,3\n", "line 3, column t: 0.0, the line before 0.0"),
+    "times infinite": (HEAD + "1e999,1,2,3\n1e999,1,2,3\n", "line 2, column t: inf"),
+    "time standing": (HEAD + "0,1,2,3\n0,1,2,3\n", "line 3, column t: 0.0, the one before 0.0"),
     "time back": (HEAD + "1,1,2,3\n2,1,2,3\n1.5,1,2,3\n", "line 4, column t: 1.5"),
 }
 

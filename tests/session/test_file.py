@@ -228,7 +228,7 @@ FORGED_CHUNKS = {
     "short times": ({"t": b"\0" * 8}, "length"),
     "short counts": ({"counts": b"\0" * 16}, "length"),
     "torn counts": ({"counts": b"\0" * 63}, "length"),
-    "times standing": ({"t": b"\0" * 32}, "that grow"),
+    "times standing": ({"t": b"\0" * 32}, 'pose "roll 0", frame 2, column t: 0.0'),
     "times not finite": ({"t": np.array([0, 1, np.nan, 3]).tobytes()}, "seconds"),
 }
 

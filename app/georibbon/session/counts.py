@@ -39,7 +39,7 @@ def parse_csv(data: bytes, columns: tuple[str, ...], name: str) -> Readings:
         raise RecordingError(f"{name}: the file has a header and no frame; record it again")
     t, counts = _parse_fast(rows, len(columns)) or _parse_slow(rows, columns, name)
     readings = Readings(t, counts)
-    _check_range(readings, columns, name)
+    _check_range(readings, columns, f"{name}, line", 2)
     return readings
 
 
@@ -75,7 +75,7 @@ def check_readings(readings: Readings, columns: tuple[str, ...], name: str) -> N
             f"{name}: frame {row + 1}, column {columns[column]}: {counts[row, column]} "
             "is no whole number; raw counts are expected"
         )
-    _check_range(readings, columns, name)
+    _check_range(readings, columns, f"{name}, frame", 1)
 
 
 def _check_header(line: bytes, columns: tuple[str, ...], name: str) -> None:
@@ -187,22 +187,22 @@ def _told(field: bytes) -> str:
     return told(field.decode(errors="replace"))
 
 
-def _check_range(readings: Readings, columns: tuple[str, ...], name: str) -> None:
+def _check_range(readings: Readings, columns: tuple[str, ...], rows: str, first: int) -> None:
+    """Refuse times and counts out of range; rows, first: what a row is called, and its number."""
     t, counts = readings.t, readings.counts
-    bad_time = np.flatnonzero(
-        ~(np.abs(t) <= MAX_NUMBER) | np.concatenate([[False], np.diff(t) <= 0.0])
-    )
+    standing = np.concatenate([[False], t[1:] <= t[:-1]])
+    bad_time = np.flatnonzero(~(np.abs(t) <= MAX_NUMBER) | standing)
     if bad_time.size:
         i = int(bad_time[0])
-        before = f", the line before {float(t[i - 1])!r}" if i else ""
+        before = f", the one before {float(t[i - 1])!r}" if i else ""
         raise RecordingError(
-            f"{name}, line {i + 2}, column t: {float(t[i])!r}{before}; "
-            f"seconds up to {MAX_NUMBER:g} that grow from line to line are expected"
+            f"{rows} {i + first}, column t: {float(t[i])!r}{before}; "
+            f"seconds up to {MAX_NUMBER:g} that grow from frame to frame are expected"
         )
     bad = np.argwhere(np.abs(counts) > MAX_COUNT)
     if bad.size:
         row, column = bad[0]
         raise RecordingError(
-            f"{name}, line {row + 2}, column {columns[column]}: {counts[row, column]:.0f} is out "
+            f"{rows} {row + first}, column {columns[column]}: {counts[row, column]:.0f} is out "
             f"of range; counts between {-MAX_COUNT} and {MAX_COUNT} are expected"
         )

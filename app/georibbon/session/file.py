@@ -302,13 +302,13 @@ def _readings(database: sqlite3.Connection, outline: Outline, path: Path) -> lis
             f"{path.name}: frames of {total} bytes; at most {MAX_FRAMES} are read; split it"
         )
     found = []
-    for file in outline.files:
+    for file, name in zip(outline.files, outline.names, strict=True):
         rows = database.execute("SELECT * FROM chunk WHERE part = ? ORDER BY place", (file,))
         readings = unpack(rows.fetchall(), len(columns))
         if frames.get(file) != readings.t.size:
             raise DamagedError(f"part {file} has {readings.t.size} frames, not as it should")
         try:
-            check_readings(readings, columns, f"{path.name}, part {file}")
+            check_readings(readings, columns, f"{path.name}, {name}")
         except RecordingError as error:
             raise SessionError(str(error)) from error
         found.append(readings)

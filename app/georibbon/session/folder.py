@@ -39,11 +39,11 @@ def read_recording(path: Path) -> Recording:
         raise RecordingError(f"{path}: there is no such folder; give the folder of a recording")
     if kind != "folder":
         raise RecordingError(f"{path}: this is no folder; give the folder of a recording")
-    outline = _read_toml(path)
-    _check_paths(path, outline)
+    root = path.resolve()
+    outline = _read_toml(root)
     readings, room = [], MAX_RECORDING
-    for file in outline.files:
-        data = _read_file(path, file, min(MAX_CSV, room))
+    for place, file in zip(_places(root, outline), outline.files, strict=True):
+        data = read_bounded(place, min(MAX_CSV, room), file, RecordingError)
         room -= len(data)
         readings.append(parse_csv(data, outline.ribbon.columns, file))
     return outline.filled(readings)
@@ -70,14 +70,12 @@ def write_recording(recording: Recording, path: Path) -> None:
 
 def check_recording(recording: Recording, outline: Outline) -> None:
     """Refuse frames that do not fit the outline; RecordingError names the pose or pass."""
-    names = [f"pose {told(pose.name)}" for pose in recording.poses]
-    names += [f"pass {told(run.name)}" for run in recording.passes]
-    for name, readings in zip(names, readings_of(recording), strict=True):
+    for name, readings in zip(outline.names, readings_of(recording), strict=True):
         check_readings(readings, outline.ribbon.columns, name)
 
 
-def _read_toml(folder: Path) -> Outline:
-    data = _read_file(folder, TOML_NAME, MAX_TOML)
+def _read_toml(root: Path) -> Outline:
+    data = read_bounded(_inside(root, TOML_NAME), MAX_TOML, TOML_NAME, RecordingError)
     try:
         text = data.removeprefix(b"\xef\xbb\xbf").decode()
     except UnicodeDecodeError as error:
@@ -114,21 +112,22 @@ def _check_version(document: Mapping[str, object], source: Source) -> None:
         table.refuse("version", f"version is {told(version)}; {VERSION} is expected")
 
 
-def _check_paths(folder: Path, outline: Outline) -> None:
-    """Refuse files outside the folder and one file under two names."""
+def _places(root: Path, outline: Outline) -> list[Path]:
+    """Where the files are; refused outside the folder, and one file under two names."""
     seen: dict[Path, str] = {}
     for file in outline.files:
-        place = _inside(folder, file)
+        place = _inside(root, file)
         if place in seen:
             raise RecordingError(
                 f"{TOML_NAME}: the files {told(seen[place])} and {told(file)} are the same one; "
                 "each pose and pass has its own"
             )
         seen[place] = file
+    return list(seen)
 
 
-def _inside(folder: Path, file: str) -> Path:
-    """Where a file named in the recording really is; refused if that is not in the folder."""
+def _inside(root: Path, file: str) -> Path:
+    """Where a file named in the recording really is; refused if that is not in the root."""
     parts = PurePosixPath(file).parts
     plain = file.isprintable() and not any(c in file for c in '\\:*?"<>|')
     if not plain or not parts or file.startswith("/") or ".." in parts:
@@ -137,18 +136,14 @@ def _inside(folder: Path, file: str) -> Path:
             "path; a relative path such as passes/p1.csv is expected"
         )
     try:
-        place = (folder / file).resolve()
+        place = (root / file).resolve()
     except (OSError, RuntimeError) as error:
         raise RecordingError(f"{file}: the file cannot be reached ({error}); see to it") from error
-    if not place.is_relative_to(folder.resolve()):
+    if not place.is_relative_to(root):
         raise RecordingError(
             f"{file}: the file leads out of the recording's folder; copy it into the folder"
         )
     return place
-
-
-def _read_file(folder: Path, file: str, limit: int) -> bytes:
-    return read_bounded(_inside(folder, file), limit, file, RecordingError)
 
 
 def _file_names(recording: Recording) -> tuple[str, ...]:

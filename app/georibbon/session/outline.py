@@ -21,7 +21,7 @@ from georibbon.recording import (
     Workpiece,
 )
 from georibbon.ribbon import Readings, Ribbon, Sensor, SensorKind
-from georibbon.session.fields import MAX_NAME, Source, Table, nearest, told
+from georibbon.session.fields import Source, Table, nearest, told
 
 MAX_FILES = 10_000
 MAX_SENSORS = 1_000
@@ -78,6 +78,12 @@ class Outline:
     def files(self) -> tuple[str, ...]:
         """Where the frames are: of the poses in their order, then of the passes."""
         return tuple(e.file for e in self.poses) + tuple(e.file for e in self.passes)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What a person calls the poses and passes, in the order of `files`."""
+        poses = tuple(f"pose {told(e.name)}" for e in self.poses)
+        return poses + tuple(f"pass {told(e.name)}" for e in self.passes)
 
     def filled(self, readings: Sequence[Readings]) -> Recording:
         """The recording, with the frames in the order of `files`."""
@@ -237,7 +243,7 @@ def _pose(table: Table) -> PoseEntry:
         table.number("heading", "degrees"),
         table.number("pitch", "degrees"),
         table.flag("table", "true or false"),
-        table.text("file", "the file of its frames", 5 * MAX_NAME),
+        table.text("file", "the file of its frames"),
     )
 
 
@@ -257,7 +263,7 @@ def _passes(top: Table) -> tuple[PassEntry, ...]:
 def _pass(table: Table) -> PassEntry:
     name = table.text("name", "the pass's name")
     kind = cast(PassKind, table.choice("kind", ("pass", "tie")))
-    return PassEntry(name, kind, table.text("file", "the file of its frames", 5 * MAX_NAME))
+    return PassEntry(name, kind, table.text("file", "the file of its frames"))
 
 
 def _repeated(names: Sequence[str]) -> list[tuple[int, int]]:
