@@ -68,7 +68,8 @@ def fit_accelerometers(
 ) -> StageA:
     """The accelerometers and the poses' "up", (p, 3), from their readings.
 
-    start: (p, 3) where to begin, the readings' median when it is not given;
+    start: (p, 3) where to begin; without it a rough solution is found from the
+    readings' median;
     tie: what is known of "up" besides.
     """
     problem = Problem(
@@ -81,5 +82,6 @@ def fit_accelerometers(
         FLOOR,
         tie,
     )
-    adjusted = adjust(problem, (start_up(block) if start is None else start).ravel())
+    begin = start_up(block) if start is None else start
+    adjusted = adjust(problem, begin.ravel(), rough=start is None)
     return StageA(adjusted.q.reshape(-1, 3), adjusted)

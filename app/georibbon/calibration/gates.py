@@ -16,7 +16,9 @@ FULL_POSES = 12
 LEAST_FACES = 3
 ALL_FACES = 4
 LEAST_COVERAGE = 0.2
-WORST_ACCELEROMETER, WEAK_ACCELEROMETER = 0.6, 0.3
+# 1 mg is 0.06 degrees: far less than what the bar's bend leaves, so that only poses
+# which leave a parameter all but free (2 mg and more) are refused for it.
+WORST_ACCELEROMETER, WEAK_ACCELEROMETER = 1.2, 0.3
 WORST_MAGNETOMETER, WEAK_MAGNETOMETER = 1.0, 0.7
 WORST_GAUGE = 0.15
 # A dip whose sign is in doubt by less than this is not compared with the place's.

@@ -178,7 +178,8 @@ def _rescanned(stage: _Stage, found: Adjusted) -> Adjusted:
         b = problem.directions(found.q).d
         theta, _ = linear_fit(problem.values, b, kept, stage.start)
         best = HEADINGS[np.argmin(stage.pose_costs(theta, found.q[-1]), axis=0)]
-        trial = adjust(problem, np.append(np.where(poses, best, found.q[:-1]), found.q[-1]))
+        q = np.append(np.where(poses, best, found.q[:-1]), found.q[-1])
+        trial = adjust(problem, q, rough=True)
         if stage.judge(trial) >= stage.judge(found) * (1.0 - 1e-6):
             return found
         found = trial
@@ -186,7 +187,7 @@ def _rescanned(stage: _Stage, found: Adjusted) -> Adjusted:
 
 
 def _best(stage: _Stage, starts: list[FloatArray]) -> Adjusted:
-    found = [adjust(stage.problem, q) for q in starts]
+    found = [adjust(stage.problem, q, rough=True) for q in starts]
     return _rescanned(stage, min(found, key=stage.judge))
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from georibbon.ribbon import FloatArray
 
 STEPS = 60
-RELEASED_AT = 1e-4
-CONVERGED_AT = 1e-11
+ROUGH = 1e-4
+CONVERGED = 1e-10
 # Damping of Gauss-Newton in units of the mean diagonal: only against the exactly
 # undetermined directions (a rotation common to all), far below what is determined.
 DAMPING = 1e-9
@@ -193,28 +193,25 @@ def _at(problem: Problem, q: FloatArray, weights: FloatArray, prior: Prior) -> A
 _NO_NORMALS = Normals(np.empty((0, 4, 4)), np.empty((0, 4, 3, 0)), np.empty((0, 0)))
 
 
-def adjust(problem: Problem, q: FloatArray, *, robust: bool = True) -> Adjusted:
+def adjust(problem: Problem, q: FloatArray, *, rough: bool = False) -> Adjusted:
     """Gauss-Newton on the poses' unknowns from `q`, the sensors eliminated.
 
-    At first the sensors are pulled towards their prior, which keeps a bad start
-    from running away; once the steps are small the prior follows the solution,
-    so that it damps and no longer biases.
+    rough: the sensors are pulled towards their prior, which keeps a bad start
+    from running away, and a tenth of a milliradian is enough.  Otherwise the
+    prior follows the solution, so that it damps and does not bias.
     """
-    prior, released = problem.prior, False
+    prior = problem.prior
     now = _at(problem, q, problem.valid, prior)
     for _ in range(STEPS):
-        if robust:
-            cells = cell_residuals(now.residuals, problem.axes)
-            weights = robust_weights(cells, problem.valid, problem.floor)
-            now = _at(problem, now.q, weights, prior)
+        cells = cell_residuals(now.residuals, problem.axes)
+        weights = robust_weights(cells, problem.valid, problem.floor)
+        if not rough:
+            prior = replace(prior, theta=now.theta)
+        now = _at(problem, now.q, weights, prior)
         at = problem.directions(now.q)
         now, size = _descend(problem, now, _step(problem, now, at, prior), prior)
-        if released:
-            prior = replace(prior, theta=now.theta)
-            if size < CONVERGED_AT:
-                break
-        elif size < RELEASED_AT:
-            released, prior = True, replace(prior, theta=now.theta)
+        if size < (ROUGH if rough else CONVERGED):
+            break
     found = normals(now.theta, problem.directions(now.q), now.weights, problem.prior, problem.tie)
     return replace(now, normals=found)
 
