@@ -116,6 +116,13 @@ def test_numbers_are_in_the_units_that_their_names_say():
     ]
 
 
+def test_a_thickened_surface_tells_its_solid():
+    assert data_of(RESULT)["surface"]["solid_triangles"] is None
+    solid = replace(RESULT, surface=replace(RESULT.surface, solid=synthetic.mesh(3, 3)))
+    assert data_of(solid)["surface"]["solid_triangles"] == 8
+    assert "closed, 8 triangles" in report_html(solid, data_of(solid))
+
+
 def test_a_notice_names_pass_and_sensor_only_where_it_has_them():
     notices = {notice["code"]: notice for notice in data_of(RESULT)["notices"]}
     assert set(notices["sensor-dead"]) == {"code", "message", "sensor"}

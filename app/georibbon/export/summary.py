@@ -140,6 +140,7 @@ def _surface(reconstruction: Reconstruction) -> dict[str, Any] | None:
     return {
         "area_m2": surface.area,
         "triangles": len(surface.mesh.triangles),
+        "solid_triangles": surface.solid and len(surface.solid.triangles),
         "checks": [
             {
                 "code": check.code,

@@ -1,12 +1,13 @@
-"""What lies over the picture: the scalar bar, the axes, the floor's note."""
+"""What stands beside the object, in a column at the right: scalar bar, key, axes."""
 
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingAnnotation import vtkAxesActor, vtkScalarBarActor
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkCoordinate, vtkRenderer, vtkTextActor
 
 from georibbon.scene.colours import Colour
 from georibbon.scene.text import style
 
+_COLUMN = 0.82  # where it begins, as a share of the width
 _AXIS_COLOURS = ((0.75, 0.15, 0.15), (0.10, 0.50, 0.20), (0.15, 0.30, 0.75))
 
 
@@ -20,9 +21,9 @@ def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarB
     bar.SetLabelFormat(" %.2f" if step < 0.1 else " %.1f")
     bar.UnconstrainedFontSizeOn()
     bar.SetMaximumNumberOfColors(256)
-    bar.SetPosition(0.88, 0.16)
+    bar.SetPosition(_COLUMN + 0.01, 0.42)
     bar.SetWidth(0.10)
-    bar.SetHeight(0.66)
+    bar.SetHeight(0.55)
     bar.SetBarRatio(0.28)
     for look in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
         style(look, font_size)
@@ -31,19 +32,25 @@ def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarB
 
 
 def key(lines: list[tuple[str, Colour]], font_size: int) -> list[vtkTextActor]:
-    """What the signs mean: one line of text each, right of the axes, the first on top."""
+    """What the signs mean: one line of text each, under the scalar bar."""
+    top = vtkCoordinate()
+    top.SetCoordinateSystemToNormalizedViewport()
+    top.SetValue(_COLUMN, 0.37)
     actors = []
-    for index, (text, colour) in enumerate(reversed(lines)):
+    for index, (text, colour) in enumerate(lines):
         actor = vtkTextActor()
         actor.SetInput(text)
-        actor.SetPosition(12 * font_size, (1.2 + 1.5 * index) * font_size)
+        place = actor.GetPositionCoordinate()
+        place.SetReferenceCoordinate(top)
+        place.SetCoordinateSystemToViewport()
+        place.SetValue(0, -1.55 * font_size * (index + 0.5))
         style(actor.GetTextProperty(), font_size, colour)
         actors.append(actor)
     return actors
 
 
 def axes_renderer(font_size: int) -> vtkRenderer:
-    """A small renderer for the lower left corner that shows the workpiece's axes."""
+    """A small renderer for the lower right corner that shows the workpiece's axes."""
     axes = vtkAxesActor()
     axes.SetConeRadius(0.3)
     axes.SetNormalizedTipLength(0.22, 0.22, 0.22)
@@ -66,7 +73,7 @@ def axes_renderer(font_size: int) -> vtkRenderer:
     axes.SetYAxisLabelText("y")
     axes.SetZAxisLabelText("z")
     renderer = vtkRenderer()
-    renderer.SetViewport(0.0, 0.0, 0.16, 0.2)
+    renderer.SetViewport(_COLUMN, 0.0, 1.0, 0.2)
     renderer.InteractiveOff()
     renderer.AddActor(axes)
     return renderer

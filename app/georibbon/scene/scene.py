@@ -22,7 +22,7 @@ from georibbon.scene.colours import (
 
 _MOST_LABELS = 24
 _TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal
-_FRAMED = Region(left=0.90, right=0.70, bottom=0.86, top=0.90)
+_FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
 
 
