@@ -171,7 +171,7 @@ def test_a_spline_is_twice_differentiable_across_its_knots():
 def test_the_closest_point_to_a_point_on_a_normal_is_its_foot(surface, distance):
     uv = inside(surface)
     feet = surface.points(uv)
-    found = closest_point(surface, feet + distance * surface.normals(uv))
+    found = closest_point(surface, feet + distance * surface.normals(uv), grid=60)
     np.testing.assert_allclose(found.points, feet, atol=1e-9)
     np.testing.assert_allclose(found.distance, distance, atol=1e-12)
     np.testing.assert_allclose(surface.points(found.uv), found.points, atol=1e-14)
@@ -181,8 +181,8 @@ def test_the_closest_point_to_a_point_on_a_normal_is_its_foot(surface, distance)
 def test_the_closest_point_is_idempotent(surface):
     uv = inside(surface)
     points = surface.points(uv) + 0.02 * surface.normals(uv)
-    once = closest_point(surface, points)
-    twice = closest_point(surface, once.points)
+    once = closest_point(surface, points, grid=60)
+    twice = closest_point(surface, once.points, grid=60)
     np.testing.assert_allclose(twice.points, once.points, atol=1e-12)
     np.testing.assert_allclose(twice.distance, 0.0, atol=1e-12)
 
@@ -191,7 +191,7 @@ def test_the_closest_point_is_idempotent(surface):
 def test_the_gap_to_the_closest_point_is_square_to_the_surface_and_least(surface):
     rng = np.random.default_rng(3)
     points = surface.points(inside(surface)) + 0.05 * rng.standard_normal((150, 3))
-    found = closest_point(surface, points)
+    found = closest_point(surface, points, grid=60)
     jet, gap = surface.jet(found.uv), points - found.points
     for tangent in (jet.pu, jet.pv):
         sine = dot(tangent, gap) / np.linalg.norm(tangent, axis=1)

@@ -86,7 +86,7 @@ def test_every_surface_has_a_capture(name):
     assert len(recording.marks) == 10
     assert len(recording.crossings) == 10
     for strip in truth.strips.values():
-        on = closest_point(truth.shape, strip.points)
+        on = closest_point(truth.shape, strip.points, grid=60)
         np.testing.assert_allclose(on.distance, 0.0, atol=1e-10)
         np.testing.assert_allclose(truth.shape.normals(on.uv), strip.normals, atol=1e-9)
         np.testing.assert_allclose(strip.s, np.linspace(0.0, 0.96, 97), atol=1e-12)
