@@ -1,6 +1,7 @@
 """The command line as such: help, exit codes, and how refusals are told."""
 
 import itertools
+import os
 import shlex
 import signal
 import subprocess
@@ -136,6 +137,19 @@ def program(*words: str, **settings):
 def test_as_a_module():
     run = program("--version")
     assert (run.returncode, run.stdout) == (0, f"georibbon {georibbon.__version__}\n")
+
+
+def test_a_terminal_that_knows_few_signs():
+    run = program("reconstruct", "--help", env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    assert run.returncode == 0
+    assert "\\u2026" in run.stdout
+
+
+def test_a_file_name_that_is_no_text(tmp_path):
+    name = os.fsdecode(os.fsencode(str(tmp_path)) + b"/\xff")
+    run = program("info", name)
+    assert run.returncode == 2
+    assert run.stderr.startswith("georibbon: error: ")
 
 
 def test_the_exit_code_reaches_the_shell(tmp_path):

@@ -7,6 +7,7 @@ Exit codes: 0 done; 2 the input is at fault, told in one sentence on standard
 error; 1 a fault of the program; 130 interrupted.
 """
 
+import io
 import os
 import sys
 import traceback
@@ -49,6 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in words
+    _print_anything()
     try:
         arguments = build_parser(words).parse_args(words)
         arguments.run(arguments)
@@ -65,6 +67,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         return _tell(error, debug)
     return 0
+
+
+def _print_anything() -> None:
+    """Let no sign and no odd file name stop the output where the terminal cannot show it."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def build_parser(words: Sequence[str]) -> Parser:
