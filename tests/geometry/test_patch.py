@@ -22,7 +22,7 @@ from georibbon.geometry.patch import (
     safe_directions,
     sampled,
 )
-from georibbon.geometry.reference import Bonnet, Torus
+from georibbon.geometry.reference import Bonnet, Cone, Torus
 from passes import passes, plane_passes, sphere_passes
 
 V = np.linspace(0.0, 1.0, 21)
@@ -189,6 +189,14 @@ def test_the_surface_between_great_circles_is_the_sphere() -> None:
     grid = grid_of(patches)
     assert np.abs(np.linalg.norm(grid.points, axis=-1) - 0.6).max() < 1e-8
     assert np.degrees(arc_angles(grid.normals, grid.points)).max() < 1e-3
+
+
+def test_between_passes_square_to_a_ruling_of_a_cone_the_ruling_is_exact() -> None:
+    strips = passes(Cone(30.0), [(0.3, 0.6), (0.3, 0.9)], length=0.5)
+    grid = grid_of(patches_at(patches_between(arrange(strips)), np.array([0.25])))
+    across = unit(grid.across[0, 0])
+    assert np.allclose(across, across[0], atol=1e-9)
+    assert np.allclose(np.abs(across[0] @ unit(grid.points[0, 0, 0])), 1.0, atol=1e-12)
 
 
 def test_a_torus_is_met_with_the_third_order_or_better() -> None:

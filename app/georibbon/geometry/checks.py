@@ -168,14 +168,17 @@ def fold(grid: PatchGrid, i: int, pair: str) -> Check:
 
 
 def tear(grid: PatchGrid, i: int, pair: str) -> Check:
-    """How unevenly the patch is drawn out along the passes: greatest |F_u| over the median."""
+    """How far the patch is drawn out along the passes: |F_u| over that of its two passes."""
     speed = np.sqrt(np.sum(grid.along[i] ** 2, axis=-1))
-    ratio = float(speed.max() / np.median(speed))
+    passes = np.maximum(speed[:, :1], speed[:, -1:])
+    ratio = float(np.max(speed / passes))
     verdict = graded(ratio, *TEAR_LIMITS)
-    message = f"the surface between {pair} is drawn out {ratio:.2f} times at most"
+    message = (
+        f"the surface between {pair} is drawn out {ratio:.2f} times as far as its passes at most"
+    )
     if verdict != "pass":
         message += (
-            f", {TEAR_LIMITS[0]:.0f} at most is expected: it tears where its passes' "
+            f", {TEAR_LIMITS[0]:.0f} at most is expected; it tears where its passes' "
             "normals change suddenly; check these passes' sensors or lay a pass in between"
         )
     return Check("tear", verdict, ratio, "", pair, message)

@@ -199,8 +199,8 @@ def refined(on_a: FloatArray, on_b: FloatArray) -> tuple[FloatArray, FloatArray]
 def covering(along: FloatArray, places: FloatArray, start: float, end: float) -> FloatArray:
     """(m,) the matched places of one strip, bent at both ends so that they reach its ends.
 
-    A leftover length l is absorbed by l (1 - t)³(1 + 3t) with t = x / min(2 l, half
-    the overlap), x the distance `along` (m,) from the overlap's end; the places
+    A leftover length l is absorbed by l (1 - t)³(1 + 3t) with t = x / min(5/2 l,
+    half the overlap), x the distance `along` (m,) from the overlap's end; the places
     stay ascending.
     """
     half = 0.5 * (along[-1] - along[0])
@@ -214,7 +214,7 @@ def absorbed(leftover: float, x: FloatArray, half: float) -> FloatArray:
     """(m,) how much of a leftover length is added at distances x (m,) from the end."""
     if leftover <= 0.0:
         return np.zeros_like(x)
-    t = np.minimum(x / min(2.0 * leftover, half), 1.0)
+    t = np.minimum(x / min(2.5 * leftover, half), 1.0)
     share: FloatArray = leftover * (1.0 - t) ** 3 * (1.0 + 3.0 * t)
     return share
 
