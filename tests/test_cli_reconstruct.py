@@ -192,7 +192,7 @@ def test_each_option_reaches_its_setting(small_capture, settings_asked, words, n
         (["--unit=inch"], "inch"),
         (["--smoothing=rough"], "rough"),
         (["--smoothing=-5"], "-5"),
-        (["--smoothing=P9=60"], "P9"),
+        (["--smoothing=20000"], "smoothing"),
         (["--smoothing=P1="], "''"),
         (["--smoothing==60"], "=60"),
         (["--tolerance=0"], "0"),
@@ -208,6 +208,21 @@ def test_refused_before_the_work(small_capture, tmp_path, monkeypatch, words, na
     told = refused(["reconstruct", small_capture, "--report=good.json", *words], capsys)
     assert named in told
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pass_that_is_not_there(small_capture, tmp_path, capsys):
+    words = ["--smoothing=P9=60", *asked(tmp_path, "part.csv")]
+    told = refused(["reconstruct", small_capture, *words], capsys)
+    assert "P9" in told
+    assert "P1, P2, P3" in told
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_for_curves_alone_no_surface_is_made(small_capture, tmp_path, settings_asked):
+    main(["reconstruct", str(small_capture), *asked(tmp_path, "part.csv")])
+    assert settings_asked["settings"].surface is None
+    main(["reconstruct", str(small_capture), *asked(tmp_path, "part.csv", "part.json")])
+    assert settings_asked["settings"].surface is not None
 
 
 @pytest.mark.usefixtures("no_work")

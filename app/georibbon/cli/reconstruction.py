@@ -1,18 +1,17 @@
 """``georibbon reconstruct``: the main job."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser, millimetres, pair
 from georibbon.cli.outputs import Outputs, check_endings
 from georibbon.cli.printing import print_reconstruction
-from georibbon.errors import SettingsError
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
-    from georibbon.recording import Recording
 
 ALL_PASSES = "*"
 SURFACES, CURVES, REPORTS, PICTURES = (
@@ -118,9 +117,9 @@ def run(arguments: argparse.Namespace) -> None:
     from georibbon.session.source import load_source
 
     with Outputs(targets(arguments), inputs=(arguments.source, arguments.calibration)) as outputs:
-        recording = load_source(arguments.source)
-        settings = settings_from(arguments, recording)
-        result = reconstruct(recording, settings, _calibration(arguments.calibration))
+        settings = settings_from(arguments)
+        calibration = _calibration(arguments.calibration)
+        result = reconstruct(load_source(arguments.source), settings, calibration)
         write(result, outputs, arguments)
     print_reconstruction(result)
     for target in outputs.targets:
@@ -145,29 +144,20 @@ def _calibration(path: Path | None) -> "Calibration | None":
     return None if path is None else read_calibration(path)
 
 
-def settings_from(
-    arguments: argparse.Namespace, recording: "Recording"
-) -> "ReconstructionSettings":
-    """The settings that the words ask for; SettingsError for a pass that is not there."""
+def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
+    """The settings that the words ask for; no surface where curves alone are wanted."""
     from georibbon.geometry.surface import SurfaceSettings
     from georibbon.reconstruction import ReconstructionSettings
 
-    smoothing = dict(entry for entry in arguments.smoothing if entry is not None)
-    names = [run.name for run in recording.passes]
-    for name in smoothing:
-        if name != ALL_PASSES and name not in names:
-            raise SettingsError(
-                f"--smoothing {name}=…: the recording has no pass {name!r}; "
-                f"its passes are {', '.join(names)}"
-            )
     surface = SurfaceSettings(thickness=arguments.thickness)
     if arguments.tolerance is not None:
-        surface = SurfaceSettings(tolerance=arguments.tolerance, thickness=arguments.thickness)
+        surface = replace(surface, tolerance=arguments.tolerance)
+    others = arguments.surface or arguments.report or arguments.picture
     return ReconstructionSettings(
         method=arguments.method,
         neighbours=arguments.neighbours,
-        smoothing=smoothing,
-        surface=surface,
+        smoothing=dict(entry for entry in arguments.smoothing if entry is not None),
+        surface=None if arguments.curves and not others else surface,
     )
 
 
@@ -196,9 +186,7 @@ def write(result: "Reconstruction", outputs: Outputs, arguments: argparse.Namesp
 
 
 def _write_surface(result: "Reconstruction", place: Path, unit: str) -> None:
-    from georibbon.errors import SurfaceError
     from georibbon.export.mesh import write_mesh
 
-    if result.surface is None:
-        raise SurfaceError(f"{place}: the passes gave no surface; see the notices")
-    write_mesh(result.surface.export_mesh, place, "m" if unit == "m" else "mm")
+    if result.surface is not None:
+        write_mesh(result.surface.export_mesh, place, "m" if unit == "m" else "mm")
