@@ -9,8 +9,9 @@ import numpy as np
 from georibbon import __version__
 from georibbon.calibration.model import Calibration
 from georibbon.export.curves import position_sigma
+from georibbon.fitting.assessment import Verdict
 from georibbon.notices import Notice
-from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual, Verdict
+from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
 from georibbon.ribbon import Ribbon
 
 _RANKS: tuple[Verdict, ...] = ("good", "acceptable", "redo")

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from georibbon.arrays import FloatArray, IntArray
+from georibbon.arrays import IntArray
 from georibbon.calibration.model import Calibration
 from georibbon.errors import FitError
-from georibbon.fitting import equations
 from georibbon.fitting.candidates import find_candidates, stack
-from georibbon.fitting.equations import Pair, Survey
+from georibbon.fitting.equations import loose_assumptions, observations
 from georibbon.fitting.grid import (
     Grid,
     Shape,
@@ -19,7 +18,6 @@ from georibbon.fitting.grid import (
     make_grid,
 )
 from georibbon.fitting.joint import (
-    Adjustment,
     JointProblem,
     Shared,
     SharedSigmas,
@@ -31,12 +29,27 @@ from georibbon.fitting.joint import (
     with_survey,
 )
 from georibbon.fitting.neighbours import relate
-from georibbon.fitting.placing import HEADING_TOLD, Curves, Placing, best_placings
+from georibbon.fitting.placing import Curves, Placing
+from georibbon.fitting.planning import FIXED, FREE, Plan, make_plan
+from georibbon.fitting.result import PassesFit, of_adjustment
 from georibbon.fitting.rotations import about_z
 from georibbon.fitting.screening import Screened
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe
 from georibbon.fitting.smoothing import information_density, length_of_weight
-from georibbon.fitting.strip import StripProblem, Strips, field_direction, sensed_vectors
+from georibbon.fitting.start import find_starts
+from georibbon.fitting.strip import (
+    StripProblem,
+    Strips,
+    field_direction,
+    sensed_vectors,
+    whitened_residuals,
+)
+from georibbon.fitting.tangents import (
+    curves_of,
+    orientation_sigma,
+    position_variances,
+    site_orientations,
+)
 from georibbon.notices import Notice
 from georibbon.recording import Recording
 
@@ -44,18 +57,11 @@ LEAST_ACCELEROMETERS = 3
 LEAST_MAGNETOMETERS = 3
 # Shapes whose costs differ by less than this are not told apart (twice the log of about 150).
 AMBIGUOUS_WITHIN = 10.0
-# Rigid placings are rough: those this near the best are worth a full adjustment, but no more of
-# them than this.
-TRY_WITHIN = 60.0
-MOST_TRIED = 6
 NEIGHBOUR_ROUNDS = 2
-KNOWN_HEADING_SIGMA = np.radians(0.5)
 # What the calibration leaves at each magnetometer beside its rotation, of the local field.
 OFFSET_SIGMA = 0.003
 LEAST_GAUGE_SIGMA = np.radians(0.02)
 LEAST_DIP_SIGMA = np.radians(0.1)
-_FREE = 1e3  # radians or metres: no prior at all
-_FIXED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -85,21 +91,6 @@ class Capture:
     observations: Observations
     problem: StripProblem
     moved: tuple[bool, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class CaptureFit:
-    """All passes fitted and placed.
-
-    lengths: (p,) the smoothing, metres.  ambiguous: (p,) passes of which
-    another shape fits as well.
-    """
-
-    adjustment: Adjustment
-    problem: JointProblem
-    lengths: FloatArray
-    ambiguous: tuple[bool, ...]
-    notices: tuple[Notice, ...]
 
 
 def prepare(recording: Recording, calibration: Calibration, screened: Screened) -> Capture:
@@ -143,34 +134,62 @@ def fit_alone(capture: Capture, passes: Sequence[int], settings: FitSettings) ->
 
 def fit_together(
     capture: Capture, candidates: Sequence[Strips], settings: FitSettings
-) -> CaptureFit:
+) -> PassesFit:
     """All passes with the survey, from each pass's candidates.
 
     Raises `FitError` where the survey does not hold the passes together.
     """
-    survey = equations.read_survey(capture.recording)
     strips = stack(candidates)
     counts = [len(part.cost) for part in candidates]
     owner = np.repeat(np.arange(len(candidates), dtype=np.int64), counts)
     curves = _curves(capture.grid, strips, owner)
-    plan = _Plan.of(capture, survey, curves)
+    plan = make_plan(capture.recording, curves)
     best, others = _decide(
         [
             [_adjust(capture, plan, strips, placing, settings) for placing in placings]
             for placings in (plan.placings(curves, side) for side in plan.sides)
         ]
     )
-    problem, state = best.problem, best.state
-    ambiguous = _differences(capture.grid, state, [other.state for other in others])
-    adjustment = evaluate(problem, state)
-    density = information_density(capture.problem)
-    notices = [*plan.notices, *_ambiguity_notices(capture.recording, ambiguous)]
-    return CaptureFit(
-        adjustment,
-        problem,
-        length_of_weight(problem.smoothing, density),
+    ambiguous = _differences(capture.grid, best.state, [other.state for other in others])
+    return of_adjustment(
+        evaluate(best.problem, best.state),
+        capture.observations.present,
+        length_of_weight(best.problem.smoothing, information_density(capture.problem)),
         ambiguous,
-        tuple(notices),
+        (*plan.notices, *_ambiguity_notices(capture.recording, ambiguous)),
+    )
+
+
+def fit_paper(capture: Capture) -> PassesFit:
+    """All passes the source paper's way: from tangents, placed rigidly by the survey.
+
+    Raises `FitError` where the survey does not hold the passes together.
+    """
+    starts = find_starts(capture.problem)
+    sites = site_orientations(capture.problem, starts)
+    curves = curves_of(capture.grid, sites, starts.owner)
+    plan = make_plan(capture.recording, curves)
+    placings = [(plan.placings(curves, side)[0], side) for side in plan.sides]
+    placing, side = placings[0]
+    for other, its_side in placings[1:]:
+        if other.cost < placing.cost - AMBIGUOUS_WITHIN:
+            placing, side = other, its_side
+    sigma = orientation_sigma(capture.problem)
+    variances = position_variances(curves, sites, plan.links(side), placing, sigma)
+    back = about_z(-placing.heading)
+    points = curves.points[placing.choice] @ back.T + placing.origins[:, None]
+    frames = back @ curves.frames[placing.choice]
+    return PassesFit(
+        s=capture.grid.nodes,
+        points=points,
+        frames=frames,
+        covariance=variances[..., None, None] * np.eye(3),
+        normal_sigma=np.full(points.shape[:2], sigma),
+        residuals=whitened_residuals(capture.problem, curves.frames[placing.choice]),
+        present=capture.observations.present,
+        lengths=np.zeros(len(points)),
+        ambiguous=(False,) * len(points),
+        notices=plan.notices,
     )
 
 
@@ -178,71 +197,6 @@ def _curves(grid: Grid, strips: Strips, owner: IntArray) -> Curves:
     frames = integrate_frames(grid, strips.shape)
     points = integrate_positions(grid, strips.shape, frames)
     return Curves(grid.nodes, owner, strips.cost, points, frames)
-
-
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """How the survey is used: known heading, what is assumed, and on which sides to try."""
-
-    survey: Survey
-    heading: float | None
-    heading_sigma: float
-    assumed: tuple[Pair, ...]
-    sides: tuple[float, ...]
-    notices: tuple[Notice, ...]
-
-    @classmethod
-    def of(cls, capture: Capture, survey: Survey, curves: Curves) -> "_Plan":
-        """The plan for a survey: what it tells of the heading decides what must be assumed."""
-        workpiece = capture.recording.workpiece
-        given = None if workpiece is None else workpiece.heading
-        heading, sigma = None, _FREE
-        if given is not None:
-            heading, sigma = float(np.radians(given)), KNOWN_HEADING_SIGMA
-        if not survey.marked:
-            heading, sigma = heading or 0.0, _FIXED
-        assumed: tuple[Pair, ...] = ()
-        notices: list[Notice] = []
-        if heading is None:
-            told = best_placings(curves, equations.links(survey, (), 1.0), None, TRY_WITHIN)
-            if told[0].heading_sigma > HEADING_TOLD:
-                assumed = equations.square_pairs(survey)
-                notices.append(_heading_notice(bool(assumed)))
-                if not assumed:
-                    heading, sigma = 0.0, _FIXED
-        if survey.loose:
-            notices.append(_across_notice(capture.recording, survey.loose))
-        sides = (1.0, -1.0) if survey.loose or assumed else (1.0,)
-        return cls(survey, heading, sigma, assumed, sides, tuple(notices))
-
-    def placings(self, curves: Curves, side: float) -> list[Placing]:
-        """The rigid placings on one side that are worth an adjustment, best first."""
-        links = equations.links(self.survey, self.assumed, side)
-        return best_placings(curves, links, self.heading, TRY_WITHIN)[:MOST_TRIED]
-
-
-def _heading_notice(square: bool) -> Notice:
-    what = (
-        "the line of marked points is taken as square to the passes"
-        if square
-        else "the workpiece's axes are taken as magnetic east and north"
-    )
-    return Notice(
-        "heading-assumed",
-        f"the survey does not tell the workpiece's heading, so {what}; mark a second point of "
-        "one pass, or give the heading under [workpiece]",
-    )
-
-
-def _across_notice(recording: Recording, pairs: tuple[Pair, ...]) -> Notice:
-    names = [one.name for one in recording.passes]
-    which = ", ".join(dict.fromkeys(f"{names[pair.i]}-{names[pair.j]}" for pair in pairs))
-    return Notice(
-        "across-assumed",
-        f"only distances hold {which}: the points they were measured between are taken to lie "
-        "across from each other, the second pass to the left of the first where the readings "
-        "don't tell; marks or a tie pass would settle it",
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +209,7 @@ class _Minimum:
 
 
 def _adjust(
-    capture: Capture, plan: _Plan, strips: Strips, placing: Placing, settings: FitSettings
+    capture: Capture, plan: Plan, strips: Strips, placing: Placing, settings: FitSettings
 ) -> _Minimum:
     """The full adjustment from one rigid placing."""
     problem = _joint_problem(capture, plan, strips, placing)
@@ -275,21 +229,21 @@ def _adjust(
     return _Minimum(problem, state, cost_of(problem, state))
 
 
-def _joint_problem(capture: Capture, plan: _Plan, strips: Strips, placing: Placing) -> JointProblem:
+def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placing) -> JointProblem:
     survey = plan.survey
     calibration, p = capture.calibration, len(capture.recording.passes)
     n = len(capture.array.field)
-    anchor_sigma = np.full(p, _FREE)
+    anchor_sigma = np.full(p, FREE)
     if not survey.marked:
-        anchor_sigma[0] = _FIXED
-    assumptions = equations.loose_assumptions((*survey.loose, *plan.assumed))
+        anchor_sigma[0] = FIXED
+    assumptions = loose_assumptions((*survey.loose, *plan.assumed))
     return JointProblem(
         grid=capture.grid,
         array=capture.array,
         observations=capture.observations,
         noise=Noise(),
         smoothing=strips.smoothing[placing.choice],
-        survey=(*equations.observations(survey), *assumptions),
+        survey=(*observations(survey), *assumptions),
         anchors=np.zeros((p, 3)),
         anchor_sigma=anchor_sigma,
         expected=Shared(placing.heading, calibration.dip, np.zeros((n, 3)), np.zeros((n, 3))),

@@ -82,11 +82,11 @@ class Placing:
     cost: float
 
     def response(self, links: list[Link]) -> tuple[FloatArray, FloatArray]:
-        """How the origins answer: (p, k) to a shift of each link, and (p,) m² by the links' noise."""
+        """How origins answer: (p, k) to a shift of each link, and (p,) m² to the links' noise."""
         design, weight = _design(links, len(self.choice))
         rows = design * weight[:, None]
         normal = rows.T @ rows + _RIDGE * np.eye(design.shape[1])
-        shifts = np.linalg.solve(normal, rows.T * weight)
+        shifts = np.asarray(np.linalg.solve(normal, rows.T * weight), dtype=np.float64)
         noise = np.array([link.sigma for link in links])
         return shifts, np.sum((shifts * noise) ** 2, axis=1)
 

@@ -133,7 +133,8 @@ def _transitions(level: FloatArray, gaps: FloatArray) -> FloatArray:
     spread = np.array([_OUT_OF_PLANE, _OUT_OF_PLANE, _IN_PLANE])
     # In its plane the noise does not shrink with the gap; out of it the bending does.
     scale = spread * np.stack([share, share, np.sqrt(share)], axis=-1).clip(min=0.3)[:, None, :]
-    return np.minimum(np.sum((phi / scale) ** 2, axis=-1), _TRANSITION_CAP)
+    cost: FloatArray = np.sum((phi / scale) ** 2, axis=-1)
+    return np.minimum(cost, _TRANSITION_CAP)
 
 
 def _sweep(misfit: FloatArray, transition: FloatArray) -> tuple[FloatArray, IntArray]:

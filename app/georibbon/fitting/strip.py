@@ -104,6 +104,13 @@ def whiten(problem: StripProblem, shape: Shape) -> FloatArray:
     return whitening(problem.array, problem.observations, problem.noise, directions)
 
 
+def whitened_residuals(problem: StripProblem, frames: FloatArray) -> FloatArray:
+    """(b, n, 3) normalised residuals at given frames (b, nodes, 3, 3)."""
+    directions, residuals = predict(problem, frames)
+    white = whitening(problem.array, problem.observations, problem.noise, directions)
+    return np.asarray((white @ residuals[..., None])[..., 0])
+
+
 def robust_cost(squares: FloatArray) -> FloatArray:
     """rho: the square up to the limit, limit² (1 + log(square / limit²)) beyond it."""
     limit = ROBUST_LIMIT**2
