@@ -92,9 +92,13 @@ def calibrate(
         (field.block, field.stage.adjusted, FIELD_FLOOR, findings.MAGNETOMETER),
     ):
         notices += findings.findings(group, adjusted, asked, floor, words)
-    found, dip_sigma = _quality(accelerometers, first, field, gauge)
-    gates.require_parameters(found.accelerometer_mg, found.magnetometer_percent)
+    figures = _figures(accelerometers, first, field, gauge)
+    weak = _undetermined(accelerometers, field, figures)
+    notices += [item.notice() for item in weak]
+    suspect = {notice.sensor for notice in notices}
+    found, dip_sigma = _quality(accelerometers, first, field, gauge, figures, suspect)
     notices += gates.weaknesses(found, asked)
+    out += weak
     models = _models(accelerometers, first.adjusted.theta, gauge.rotation)
     models |= _models(field.block, field.stage.adjusted.theta, gauge.rotation)
     return Calibration(
@@ -203,16 +207,47 @@ def _off_notice(asked: Attitudes, place: int, angle: float) -> Notice:
     )
 
 
+def _figures(
+    accelerometers: Block, first: StageA, field: _Field, gauge: Gauge
+) -> tuple[FloatArray, FloatArray]:
+    """A and B of each sensor: its worst parameter, in mg and in percent of the field."""
+    poses = len(first.up)
+    moves = directions_of(first.up).jacobian.reshape(3 * poses, 2 * poses)
+    a, b = first.adjusted.normals, field.stage.adjusted.normals
+    square = replace(a, reduced=a.reduced + moves.T @ gauge.square @ moves * quality.SQUARE)
+    of_a = quality.determined(square, accelerometers.axes.astype(np.float64), 3).theta
+    of_b = quality.determined(b, field.block.axes.astype(np.float64)).theta
+    return of_a.max(axis=1) * FIGURE_A_MG, of_b.max(axis=1) * FIGURE_B_PERCENT
+
+
+def _undetermined(
+    accelerometers: Block, field: _Field, figures: tuple[FloatArray, FloatArray]
+) -> list[LeftOut]:
+    """Single sensors that are not determined; raises CalibrationError where most are not."""
+    worst = gates.WORST_ACCELEROMETER, gates.WORST_MAGNETOMETER
+    gates.require_parameters(*(float(np.median(of)) for of in figures))
+    out = suspects.undetermined(accelerometers.names, figures[0], worst[0], "mg")
+    return out + suspects.undetermined(field.block.names, figures[1], worst[1], "% of the field")
+
+
+def _worst(names: Sequence[str], figures: FloatArray, suspect: set[str | None]) -> float:
+    """The worst figure of the sensors of which nothing else was said."""
+    sound = [figure for name, figure in zip(names, figures, strict=True) if name not in suspect]
+    return float(max(sound, default=float(np.median(figures))))
+
+
 def _quality(
-    block_a: Block, first: StageA, field: _Field, gauge: Gauge
+    block_a: Block,
+    first: StageA,
+    field: _Field,
+    gauge: Gauge,
+    figures: tuple[FloatArray, FloatArray],
+    suspect: set[str | None],
 ) -> tuple[CalibrationQuality, float]:
-    """The figures, and the dip's standard deviation in radians."""
+    """What is told of the calibration, and the dip's standard deviation in radians."""
     a, b = first.adjusted, field.stage.adjusted
     axes_a, axes_b = block_a.axes.astype(np.float64), field.block.axes.astype(np.float64)
     poses = len(first.up)
-    moves = directions_of(first.up).jacobian.reshape(3 * poses, 2 * poses)
-    square = moves.T @ gauge.square @ moves * quality.SQUARE
-    figure = quality.determined(replace(a.normals, reduced=a.normals.reduced + square), axes_a, 3)
     known_a, known_b = (
         quality.determined(a.normals, axes_a, 3),
         quality.determined(b.normals, axes_b),
@@ -231,8 +266,8 @@ def _quality(
         float(np.degrees(spread.tilt)),
         float(np.degrees(spread.heading)),
         float(np.degrees(gauge.sigma)),
-        float(figure.theta.max()) * FIGURE_A_MG,
-        float(known_b.theta.max()) * FIGURE_B_PERCENT,
+        _worst(block_a.names, figures[0], suspect),
+        _worst(field.block.names, figures[1], suspect),
         quality.coverage(first.up),
         1e3 * quality.rms_cells(a.residuals, block_a.valid.astype(np.float64), axes_a),
         1e2 * quality.rms_cells(b.residuals, field.block.valid.astype(np.float64), axes_b),

@@ -52,7 +52,9 @@ def _present(block: Block) -> BoolArray:
 
 def _axis_text(axes: BoolArray) -> str:
     letters = [AXIS_LETTERS[k] for k in np.flatnonzero(axes)]
-    return f"its {letters[0]} axis" if len(letters) == 1 else f"its {' and '.join(letters)} axes"
+    if len(letters) == 1:
+        return f"its {letters[0]} axis"
+    return f"its {', '.join(letters[:-1])} and {letters[-1]} axes"
 
 
 def dead_sensors(block: Block, expected: FloatArray) -> list[LeftOut]:
@@ -105,7 +107,8 @@ def saturated_columns(poses: Sequence[Pose]) -> BoolArray:
     top = np.nanmax(np.where(filled, stacked, 0.0), axis=0)
     bottom = np.nanmin(np.where(filled, stacked, 0.0), axis=0)
     spread = np.array([_spread(c) for c in safe])
-    noise = np.median(spread, axis=0)
+    # Most poses may be saturated: the noise is what the liveliest fifth shows.
+    noise = np.quantile(spread, 0.8, axis=0)
     railed = np.array([np.maximum((c == top).mean(0), (c == bottom).mean(0)) for c in safe])
     return np.asarray((railed > RAIL_SHARE) & (noise > 1.0) & (spread < 0.7 * noise))
 
@@ -149,6 +152,21 @@ def too_few_cells(block: Block) -> list[LeftOut]:
             f"{LEAST_CELLS} are needed; check its connection and its range",
         )
         for n in np.flatnonzero(numbers < LEAST_CELLS)
+    ]
+
+
+def undetermined(
+    names: Sequence[str], figures: FloatArray, limit: float, unit: str
+) -> list[LeftOut]:
+    """Sensors, where most are well determined, whose own worst parameter is not."""
+    return [
+        LeftOut(
+            names[n],
+            "sensor-undetermined",
+            f"too few of its readings agree, its worst parameter is known to {figures[n]:.2f} "
+            f"{unit} and {limit} {unit} is needed; check its fastening and its connection",
+        )
+        for n in np.flatnonzero(figures > limit)
     ]
 
 
