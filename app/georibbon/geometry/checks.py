@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from georibbon.geometry.correspondence import PairMatch
+from georibbon.geometry.crossings import crossing_triangles
 from georibbon.geometry.frames import arc_angles
+from georibbon.geometry.mesh import Mesh, grid_mesh
 from georibbon.geometry.patch import Patches, PatchGrid, PatchSet, sampled
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +32,8 @@ SKEW_LIMIT = 0.8
 TURN_LIMIT = 60.0
 GAP_LIMIT = 2.0
 OVERLAP_LIMIT = 0.5
+CROSSING_ROWS = 25
+CROSSING_STEP = 2
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def all_checks(
     for measure in (pinch, skew, normal_turn, gap):
         found += [measure(patches, i, pair) for i, pair in enumerate(pairs)]
     found += [overlap(match, pair) for match, pair in zip(model.match.matches, pairs, strict=True)]
-    return tuple(found)
+    return (*found, self_crossing(grid, pairs))
 
 
 def pair_name(a: str, b: str) -> str:
@@ -263,3 +267,31 @@ def overlap(match: PairMatch, pair: str) -> Check:
             "matched: check their order and places, or lay them side by side"
         )
     return Check("overlap", "warn", match.overlap, "", pair, message)
+
+
+def self_crossing(grid: PatchGrid, pairs: Sequence[str]) -> Check:
+    """Whether patches run through each other, tried on a coarse mesh of them all."""
+    mesh, columns = coarse_mesh(grid)
+    crossing = crossing_triangles(mesh)
+    if len(crossing) == 0:
+        message = "the surface does not run through itself"
+        return Check("self-crossing", "pass", 0.0, "", "surface", message)
+    patch = crossing // 2 % (columns * len(pairs)) // columns
+    one, other = (pairs[k] for k in np.unique(np.sort(patch, axis=1), axis=0)[0])
+    both = f"between {one}" if one == other else f"between {one} and that between {other}"
+    message = (
+        f"the surface {both} runs through itself ({len(crossing)} pairs of triangles on a coarse "
+        "mesh): check the order and the places of these passes, or lay a pass in between"
+    )
+    return Check("self-crossing", "fail", float(len(crossing)), "", one, message)
+
+
+def coarse_mesh(grid: PatchGrid) -> tuple[Mesh, int]:
+    """A mesh of all patches of at most 25 rows, and its columns a patch."""
+    rows = np.unique(np.linspace(0, grid.points.shape[1] - 1, CROSSING_ROWS).astype(int))
+    points = grid.points[:, rows][:, :, ::CROSSING_STEP]
+    facing = grid.reference[:, rows][:, :, ::CROSSING_STEP]
+    joined = [
+        np.concatenate([values[0, :, :1], *values[:, :, 1:]], axis=1) for values in (points, facing)
+    ]
+    return grid_mesh(joined[0], joined[1]), points.shape[2] - 1

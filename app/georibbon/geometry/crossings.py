@@ -1,0 +1,57 @@
+"""Where a mesh runs through itself."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from georibbon.geometry.mesh import Mesh
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+def crossing_triangles(mesh: Mesh) -> IntArray:
+    """(k, 2) pairs of triangles that cross, of those that share no vertex.
+
+    Two triangles cross where an edge of one goes through the other; triangles
+    that merely touch, or overlap within one plane, are not counted.
+    """
+    corners = mesh.vertices[mesh.triangles]
+    first, second = near_pairs(corners)
+    apart = (mesh.triangles[first, :, None] != mesh.triangles[second, None, :]).all(axis=(1, 2))
+    first, second = first[apart], second[apart]
+    a, b = corners[first], corners[second]
+    hit = np.zeros(len(a), dtype=bool)
+    for k in range(3):
+        hit |= goes_through(a[:, k], a[:, (k + 1) % 3], b)
+        hit |= goes_through(b[:, k], b[:, (k + 1) % 3], a)
+    return np.stack([first[hit], second[hit]], axis=1)
+
+
+def near_pairs(corners: FloatArray) -> tuple[IntArray, IntArray]:
+    """Pairs (k,), (k,) of triangles (m, 3, 3) whose bounding boxes overlap, each pair once."""
+    from scipy.spatial import cKDTree
+
+    middles = corners.mean(axis=1)
+    reach = 2.0 * np.sqrt(np.max(np.sum((corners - middles[:, None]) ** 2, axis=2)))
+    first, second = cKDTree(middles).query_pairs(reach, output_type="ndarray").T.astype(np.int64)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    overlap = ((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)
+    return first[overlap], second[overlap]
+
+
+def goes_through(start: FloatArray, end: FloatArray, triangles: FloatArray) -> BoolArray:
+    """(k,) whether segments (k, 3) to (k, 3) go through triangles (k, 3, 3).
+
+    Möller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
+    """
+    along = end - start
+    e1, e2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    p, t = np.cross(along, e2), start - triangles[:, 0]
+    determinant = np.sum(e1 * p, axis=1)
+    q = np.cross(t, e1)
+    flat = determinant == 0.0
+    scale = 1.0 / np.where(flat, 1.0, determinant)
+    u, v, w = (np.sum(x * y, axis=1) * scale for x, y in ((t, p), (along, q), (e2, q)))
+    through: BoolArray = ~flat & (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (w > 0.0) & (w < 1.0)
+    return through
