@@ -148,7 +148,7 @@ def test_many_passes_have_fewer_labels():
     many = tuple(replace(RESULT.passes[0], name=f"P{i}") for i in range(200))
     scene = Scene(replace(RESULT, passes=many, survey=()))
     labels = [p for p in scene.renderer.GetViewProps() if p.IsA("vtkBillboardTextActor3D")]
-    assert 12 <= len(labels) <= 24
+    assert 6 <= len(labels) <= 12
 
 
 @pytest.mark.parametrize("display", [None, ":77"])

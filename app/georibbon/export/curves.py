@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.export.files import require_ending, write_whole
 from georibbon.reconstruction import FittedPass, Reconstruction
-from georibbon.ribbon import FloatArray
 
 COLUMNS = ("pass", "s", "x", "y", "z", "nx", "ny", "nz", "sigma", "kind", "tx", "ty", "tz")
 

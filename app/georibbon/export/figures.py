@@ -37,6 +37,13 @@ _COLOURS = ("#1b6ca8", "#c1440e", "#2e8b57", "#7b4fa3", "#8a6d1a", "#404854")
 _STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (8, 2, 2, 2)))
 _LINES = [(_COLOURS[i % 6], _STYLES[i % 4]) for i in range(12)]
 _MOST_NAMED = len(_LINES)
+# More lines than can be told apart: all alike, and as a picture, not to fill the file with paths.
+_ONE_OF_MANY: dict[str, Any] = {
+    "color": "#1b6ca8",
+    "alpha": 0.5,
+    "linewidth": 0.5,
+    "rasterized": True,
+}
 _LONGEST_NAME = 16
 _RESIDUAL_LIMIT = 4.0
 _PAGE_WIDTH = 7.3  # inches between the margins of an A4 page
@@ -93,8 +100,9 @@ def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> No
             list(pieces),
             cmap=shades,
             norm=colors.Normalize(low, high),
-            linewidths=2.6 if fitted.kind == "pass" else 1.6,
+            linewidths=(2.6 if fitted.kind == "pass" else 1.6) * min(1.0, 24 / len(passes)),
             capstyle="round",
+            rasterized=len(passes) > _MOST_NAMED,
         )
         sigma = position_sigma(fitted) * 1e3
         lines.set_array(0.5 * (sigma[:-1] + sigma[1:]))
@@ -129,7 +137,10 @@ def _draw_profiles(profile: Axes, uncertainty: Axes, passes: tuple[FittedPass, .
         s, z = fitted.strip.s * 1e3, fitted.strip.points[:, 2] * 1e3
         up = np.sqrt(fitted.covariance[:, 2, 2]) * 1e3
         look: dict[str, Any] = {"color": colour, "linestyle": style, "linewidth": 1.1}
-        profile.fill_between(s, z - up, z + up, color=colour, alpha=0.25, linewidth=0)
+        if len(passes) > _MOST_NAMED:
+            look = _ONE_OF_MANY
+        band: dict[str, Any] = {"color": look["color"], "rasterized": len(passes) > _MOST_NAMED}
+        profile.fill_between(s, z - up, z + up, alpha=0.25, linewidth=0, **band)
         profile.plot(s, z, **look)
         uncertainty.plot(s, position_sigma(fitted) * 1e3, **look)
     if len(passes) <= _MOST_NAMED:
@@ -191,5 +202,5 @@ def _name_axes(
 
 def _svg(figure: Figure) -> bytes:
     target = io.BytesIO()
-    figure.savefig(target, format="svg", metadata={"Date": None})
+    figure.savefig(target, format="svg", metadata={"Date": None}, dpi=200)
     return target.getvalue()

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from georibbon import __version__
+from georibbon.arrays import FloatArray
 from georibbon.errors import ExportError
 from georibbon.export.files import require_ending, write_whole
-from georibbon.geometry.mesh import FloatArray, Mesh
+from georibbon.geometry.mesh import Mesh
 
 Unit = Literal["mm", "m"]
 MESH_ENDINGS = (".stl", ".obj", ".ply")

@@ -1,6 +1,7 @@
 """What stands in the scene: the surface, the passes, the survey's points, the floor."""
 
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
@@ -14,11 +15,13 @@ from vtkmodules.vtkRenderingCore import (
     vtkPolyDataMapper,
 )
 
-from georibbon.geometry.mesh import IntArray, Mesh
-from georibbon.ribbon import FloatArray
+from georibbon.arrays import FloatArray, IntArray
+from georibbon.geometry.mesh import Mesh
 from georibbon.scene.arrays import to_ids, to_vtk
 from georibbon.scene.colours import INK, PLAIN_SURFACE, Colour, quantity_table
 from georibbon.scene.text import plain_label, style
+
+Side = Literal["left", "middle", "right"]
 
 
 def look_up_table(low: float, high: float) -> vtkLookupTable:
@@ -142,16 +145,23 @@ def sphere_actor(points: FloatArray, radius: float, colour: Colour) -> vtkActor:
     return actor
 
 
-def label_actor(text: str, at: FloatArray, size: int) -> vtkBillboardTextActor3D:
-    """A word that always faces the reader, middle at a (3,) point."""
+def label_actor(text: str, at: FloatArray, size: int, side: Side) -> vtkBillboardTextActor3D:
+    """A word that always faces the reader and lies on one side of a (3,) point."""
     actor = vtkBillboardTextActor3D()
     actor.SetInput(plain_label(text))
     actor.SetPosition(*(float(value) for value in at))
     look = actor.GetTextProperty()
     style(look, size, bold=True)
-    look.SetJustificationToCentered()
+    look.SetJustification({"left": 2, "middle": 1, "right": 0}[side])  # VTK_TEXT_RIGHT, ...
     look.SetVerticalJustificationToCentered()
     return actor
+
+
+def side_of(rightwards: float) -> Side:
+    """Where a label lies so that it does not cover the curve that it leads to."""
+    if abs(rightwards) < 0.3:
+        return "middle"
+    return "left" if rightwards < 0 else "right"
 
 
 def line_data(curves: list[FloatArray]) -> vtkPolyData:

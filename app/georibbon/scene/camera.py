@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from georibbon.ribbon import FloatArray
+from georibbon.arrays import FloatArray
 
 # From where a person would look first, best first; the last four look from underneath.
 _DIRECTIONS = np.array(

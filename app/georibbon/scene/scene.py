@@ -4,8 +4,8 @@ import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingCore import vtkLightKit, vtkProp, vtkRenderer, vtkRenderWindow
 
+from georibbon.arrays import FloatArray
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
-from georibbon.ribbon import FloatArray
 from georibbon.scene import actors, overlays
 from georibbon.scene.camera import Region, fit_view, view_direction
 from georibbon.scene.colours import (
@@ -20,8 +20,9 @@ from georibbon.scene.colours import (
     round_step,
 )
 
-_MOST_LABELS = 24
-_TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal
+_MOST_LABELS = 12
+_TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal,
+_MOST_FULL = 16  # of up to so many passes; more are drawn thinner, not to hide the surface
 _FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
 
@@ -50,6 +51,7 @@ class Scene:
         self._curves = [fitted.strip.points for fitted in reconstruction.passes]
         self._points = _extent(reconstruction)
         self._size = float(np.linalg.norm(np.ptp(self._points, axis=0)))
+        self._thickness = self._size * min(1.0, _MOST_FULL / len(reconstruction.passes))
         self.direction = view_direction(
             np.concatenate([fitted.strip.normals for fitted in reconstruction.passes])
         )
@@ -119,14 +121,16 @@ class Scene:
             if some:
                 curves = [fitted.strip.points for fitted in some]
                 sigma = [_sigma(fitted) for fitted in some]
-                self._add(actors.tube_actor(curves, self._size * _TUBE, colour, sigma, bare))
+                self._add(actors.tube_actor(curves, self._thickness * _TUBE, colour, sigma, bare))
                 if bare is None:
                     self._key.append((f"━ {kind}", colour))
         every = -(-len(self._result.passes) // _MOST_LABELS)
+        rightwards = np.cross((0.0, 0.0, 1.0), self.direction)
         for fitted in self._result.passes[::every]:
-            strip = fitted.strip
-            at = strip.points[0] - 0.035 * self._size * strip.tangents[0]
-            self._add(actors.label_actor(fitted.name, at, self._font_size))
+            before = -fitted.strip.tangents[0]
+            at = fitted.strip.points[0] + 0.02 * self._size * before
+            side = actors.side_of(float(before @ rightwards))
+            self._add(actors.label_actor(fitted.name, at, self._font_size, side))
 
     def _add_survey(self) -> None:
         places = {fitted.name: fitted for fitted in self._result.passes}
@@ -138,7 +142,7 @@ class Scene:
             elif len(ends):
                 points.append(ends.mean(axis=0))
         if points:
-            self._add(actors.sphere_actor(np.array(points), self._size * _BALL, MARK))
+            self._add(actors.sphere_actor(np.array(points), self._thickness * _BALL, MARK))
             self._key.append(("● mark or crossing", MARK))
         if spans:
             self._add(actors.line_actor(spans, MARK, 1.5))
