@@ -278,6 +278,24 @@ def test_what_is_no_session_is_refused(tmp_path, name, words):
     assert words in refused(tmp_path / name)
 
 
+def test_a_session_that_may_not_be_read_is_told(session, monkeypatch):
+    def fail(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", fail)
+    assert "it cannot be read (Permission denied)" in refused(session)
+
+
+def test_a_place_that_is_taken_meanwhile_is_told(tmp_path, monkeypatch):
+    def fail(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "replace", fail)
+    with pytest.raises(SessionError, match="cannot be written"):
+        create_session(tmp_path / "s.georibbon", recording())
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_name_with_the_signs_of_addresses(tmp_path):
     path = tmp_path / "50% #1?mode=rw.georibbon"
     create_session(path, recording())

@@ -124,6 +124,7 @@ DEFECTS = {
     "sigma tiny": ("sigma = 0.001", "sigma = 1e-300", ["sigma is 1e-300", "at least 1e-09"]),
     "sigma a text": ("sigma = 0.001", 'sigma = "0.001"', ['sigma is "0.001"']),
     "sigma true": ("sigma = 0.001", "sigma = true", ["sigma is true"]),
+    "sigma a table": ("sigma = 0.001", "sigma = { m = 1 }", ["sigma is a table"]),
     "sigma misspelt": ("sigma = 0.001", "sigm = 0.001", ['field "sigm"', 'did you mean "sigma"?']),
     "an unknown field": (
         "rate = 100.0", "rate = 1.0\nqqq = 1", ['"qqq"', "known here are id, length"],
@@ -212,6 +213,31 @@ def test_too_many_tables_are_refused():
     unseen = {"mark": [], "distance": [], "crossing": []}
     with pytest.raises(RecordingError, match="10001 poses and passes; at most 10000 are read"):
         read_outline(tables | unseen | {"pass": passes}, Source("here", RecordingError))
+
+
+def test_tables_written_inline_have_no_line_and_are_named_all_the_same(place):
+    text = (place / "recording.toml").read_text(encoding="utf-8")
+    text = text[: text.index("[[mark]]")].replace(
+        "version = 1\n", 'version = 1\nmark = [{ pass = "P9", at = 0.0 }]\n'
+    )
+    (place / "recording.toml").write_text(text, encoding="utf-8")
+    assert refused(place).startswith('recording.toml: [[mark]] number 1 ("P9"): there is no pass')
+
+
+def test_a_file_that_may_not_be_read_is_told(place, monkeypatch):
+    def fail(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", fail)
+    assert "recording.toml: the file cannot be read (Permission denied)" in refused(place)
+
+
+def test_names_that_come_to_one_file_name_get_several(tmp_path):
+    names = ["a-3", "a", "A", "a/", "A 4", "a-3x", "CON", "§", "ß"]
+    passes = tuple(Pass(name, "pass", readings(seed=i)) for i, name in enumerate(names))
+    write_recording(Recording(RIBBON, (), passes), tmp_path / "out")
+    assert same(read_recording(tmp_path / "out").passes, passes)
+    assert len(list((tmp_path / "out/passes").iterdir())) == len(names)
 
 
 def test_deep_nesting_is_refused(place):
