@@ -43,7 +43,7 @@ def test_good_surfaces_pass_every_check(shape: str) -> None:
     assert [check for check in checks if check.verdict != "pass"] == []
     assert {check.code for check in checks} == {
         "heading-drift", "facing", "seam", "fold", "tear", "pinch", "skew", "normal-turn", "gap",
-        "overlap",
+        "overlap", "self-crossing",
     }  # fmt: skip
     assert all(np.isfinite(check.value) for check in checks)
 
