@@ -1,6 +1,7 @@
 """A calibration as plain data for a file, and back, strictly checked."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import Any
@@ -76,11 +77,11 @@ def from_dict(data: object, where: str) -> Calibration:
     entries = _list(top, "sensors", where, MOST_SENSORS)
     sensors = tuple(_sensor(item, f"{where}: sensors[{k}]") for k, item in enumerate(entries))
     names = [sensor.name for sensor in sensors]
-    for name in names:
-        if names.count(name) > 1:
-            raise CalibrationError(
-                f"{where}: sensor {name} stands twice in sensors; keep one of them"
-            )
+    twice = [name for name, number in Counter(names).items() if number > 1]
+    if twice:
+        raise CalibrationError(
+            f"{where}: sensor {twice[0]} stands twice in sensors; keep one of them"
+        )
     quality = top.get("quality")
     return Calibration(
         _text(top, "ribbon", where),

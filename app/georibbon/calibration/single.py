@@ -61,28 +61,35 @@ def fit_accelerometer(means: ArrayLike) -> AccelerometerModel:
     """
     readings = _checked(means)
     centre, scale = readings.mean(axis=0), float(readings.std(axis=0).max())
-    if scale <= 0.0:
-        raise CalibrationError(
-            f"all {len(readings)} poses read the same counts; turn the sensor between the poses"
-        )
+    _require_turned(len(readings), scale)
     unit = (readings - centre) / scale
     _require_space(unit)
-    upper, bias = _algebraic(unit)
-    start = bias
-    upper, bias, normal = _geometric(unit, upper, bias)
+    start = _algebraic(unit)
+    upper, bias, normal = _geometric(unit, *start)
     directions = (unit - bias) @ upper.T
     lengths = np.linalg.norm(directions, axis=1)
     directions = directions / lengths[:, None]
-    covered = coverage(directions)
-    shift = float(np.linalg.norm(upper @ (bias - start)))
-    spread = _spread(normal)
+    covered, spread = coverage(directions), _spread(normal)
+    shift = float(np.linalg.norm(upper @ (bias - start[1])))
     notices = _judged(covered, shift, float(spread.max()), directions)
-    gain = np.linalg.inv(upper) * scale
-    freedom = max(len(unit) - 9, 1)
-    noise = np.sqrt(((lengths - 1.0) ** 2).sum() / freedom)
-    sigma = spread[6:] * noise * scale
-    rms = 1e3 * float(np.sqrt(((lengths - 1.0) ** 2).mean()))
-    return AccelerometerModel(gain, centre + bias * scale, rms, covered, shift, sigma, notices)
+    squares = float(((lengths - 1.0) ** 2).sum())
+    return AccelerometerModel(
+        np.asarray(np.linalg.inv(upper) * scale),
+        centre + bias * scale,
+        1e3 * float(np.sqrt(squares / len(unit))),
+        covered,
+        shift,
+        spread[6:] * float(np.sqrt(squares / max(len(unit) - 9, 1))) * scale,
+        notices,
+    )
+
+
+def _require_turned(poses: int, scale: float) -> None:
+    """Raises CalibrationError where all poses read the same."""
+    if scale <= 0.0:
+        raise CalibrationError(
+            f"all {poses} poses read the same counts; turn the sensor between the poses"
+        )
 
 
 def _checked(means: ArrayLike) -> FloatArray:

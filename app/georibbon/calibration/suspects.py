@@ -166,7 +166,7 @@ def undetermined(
             f"too few of its readings agree, its worst parameter is known to {figures[n]:.2f} "
             f"{unit} and {limit} {unit} is needed; check its fastening and its connection",
         )
-        for n in np.flatnonzero(figures > limit)
+        for n in map(int, np.flatnonzero(figures > limit))
     ]
 
 
