@@ -1,10 +1,13 @@
 """`georibbon demo`."""
 
+import contextlib
+import io
 import re
 
 import pytest
 
 from georibbon.cli import main
+from georibbon.errors import SettingsError
 
 RESULTS = {
     "demo.georibbon", "surface.stl", "surface.obj", "surface.png",
@@ -14,34 +17,45 @@ RESULTS = {
 
 @pytest.fixture(scope="module")
 def demonstrated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("demo") / "new" / "folder"
-    assert main(["demo", "-o", str(folder)]) == 0
-    return folder
+    """(the folder, what was printed); the folder held results of an earlier time."""
+    folder = tmp_path_factory.mktemp("demo")
+    for name in ("demo.georibbon", "curves.csv"):
+        (folder / name).write_text("of an earlier time")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert main(["demo", "-o", str(folder)]) == 0
+    return folder, printed.getvalue()
 
 
 def test_it_leaves_its_results(demonstrated):
-    assert {path.name for path in demonstrated.iterdir()} == RESULTS
-    assert (demonstrated / "surface.png").read_bytes().startswith(b"\x89PNG")
-    assert (demonstrated / "demo.georibbon").read_bytes().startswith(b"SQLite format 3")
+    folder, _ = demonstrated
+    assert {path.name for path in folder.iterdir()} == RESULTS
+    assert (folder / "surface.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "demo.georibbon").read_bytes().startswith(b"SQLite format 3")
+    assert (folder / "curves.csv").read_bytes().startswith(b"pass,")
 
 
 def test_its_session_can_be_read(demonstrated, capsys):
-    capsys.readouterr()
-    assert main(["info", str(demonstrated / "demo.georibbon")]) == 0
+    assert main(["info", str(demonstrated[0] / "demo.georibbon")]) == 0
     assert "calibration poses" in capsys.readouterr().out
 
 
-def test_it_tells_the_error_and_the_places_and_can_be_run_again(demonstrated, capsys):
-    before = (demonstrated / "curves.csv").read_bytes()
-    capsys.readouterr()
-    assert main(["demo", "-o", str(demonstrated)]) == 0
-    told = capsys.readouterr().out
+def test_it_tells_the_error_and_the_places(demonstrated):
+    folder, told = demonstrated
     errors = dict(re.findall(r"  (curves|normals|surface) +([0-9.]+) (?:mm|degrees)", told))
     assert float(errors["curves"]) < 1.0
     assert float(errors["normals"]) < 0.45
     assert float(errors["surface"]) < 0.6
-    assert all(str(demonstrated / name) in told for name in RESULTS)
-    assert (demonstrated / "curves.csv").read_bytes() == before
+    assert all(str(folder / name) in told for name in RESULTS)
+
+
+def test_its_folder_is_made(tmp_path, monkeypatch):
+    def stop(*_):
+        raise SettingsError("stopped here")
+
+    monkeypatch.setattr("georibbon.simulation.simulate", stop)
+    assert main(["demo", "-o", str(tmp_path / "new" / "folder")]) == 2
+    assert list((tmp_path / "new" / "folder").iterdir()) == []
 
 
 def test_a_folder_that_cannot_be_made(tmp_path, capsys):

@@ -88,11 +88,12 @@ def test_it_runs_without_the_checkout(installed, tmp_path):
     assert run(str(command), "licences", cwd=tmp_path).startswith("georibbon ")
 
 
-def test_it_finds_its_resources(installed, tmp_path):
+def test_it_reconstructs_without_the_checkout(installed, small_capture, tmp_path):
+    """The report's page is made from the resources."""
     _, command = installed
-    told = run(str(command), "demo", cwd=tmp_path)
-    assert "error against the truth" in told
-    assert (tmp_path / "build" / "demo" / "report.html").stat().st_size > 0
+    told = run(str(command), "reconstruct", str(small_capture), "--report=r.html", cwd=tmp_path)
+    assert "written: r.html" in told
+    assert (tmp_path / "r.html").stat().st_size > 0
 
 
 def test_a_checkout_finds_its_resources():
