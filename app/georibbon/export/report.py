@@ -72,13 +72,13 @@ def report_html(
         lstrip_blocks=True,
     )
     page.filters["number"] = _number
-    page.filters["short"] = _short
     return page.get_template("report.html").render(
         data,
         title=_title(data["source"], title),
         created=(created or datetime.now()).astimezone().isoformat(" ", "minutes"),
         style=Markup(style),  # noqa: S704  our own file, not a person's text
         style_hash=base64.b64encode(hashlib.sha256(style.encode("utf-8")).digest()).decode(),
+        checks=_check_rows(data["surface"]["checks"]) if data["surface"] else [],
         scene=_embedded(picture(reconstruction, _PICTURE_SIZE), "image/png"),
         plan=_embedded(figures.plan_figure(reconstruction), "image/svg+xml"),
         profiles=_embedded(figures.profiles_figure(reconstruction), "image/svg+xml"),
@@ -100,6 +100,36 @@ def _number(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def _short(value: float | None) -> str:
-    """A number to three digits, whatever its size."""
-    return "–" if value is None else f"{value:.3g}"
+def _check_rows(checks: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """The checks as a person reads them: each that is amiss, then one line a kind that passes."""
+    rows = [{**check, "found": _found([check])} for check in checks if check["verdict"] != "pass"]
+    passed: dict[str, list[dict[str, Any]]] = {}
+    for check in checks:
+        if check["verdict"] == "pass":
+            passed.setdefault(check["code"], []).append(check)
+    for code, same in passed.items():
+        places = [check["where"] for check in same]
+        rows.append(
+            {
+                "code": code,
+                "where": places[0] if len(same) == 1 else f"{places[0]} to {places[-1]}",
+                "verdict": "pass",
+                "found": _found(same),
+                "message": same[0]["message"] if len(same) == 1 else f"passes in all {len(same)}",
+            }
+        )
+    return rows
+
+
+def _found(checks: list[dict[str, Any]]) -> str:
+    """What checks of one kind found: a value, or the least and the greatest, with the unit."""
+    values = [check["value"] for check in checks if check["value"] is not None]
+    if not values:
+        return "–"
+    least, greatest, unit = _short(min(values)), _short(max(values)), checks[0]["unit"]
+    return f"{least if least == greatest else f'{least} to {greatest}'} {unit}".strip()
+
+
+def _short(value: float) -> str:
+    """A number to three digits; what would be less than a thousandth is 0."""
+    return f"{value:.3g}" if abs(value) >= 5e-4 else "0"

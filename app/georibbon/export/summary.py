@@ -17,6 +17,7 @@ from georibbon.ribbon import Ribbon
 _RANKS: tuple[Verdict, ...] = ("good", "acceptable", "redo")
 _OF_CHECK: Mapping[str, Verdict] = {"pass": "good", "warn": "acceptable", "fail": "redo"}
 _DIGITS = 6
+_MOST_NAMES = 8
 
 
 def report_data(
@@ -49,22 +50,29 @@ def report_data(
 
 
 def overall(reconstruction: Reconstruction) -> tuple[Verdict, list[str]]:
-    """The worst verdict among passes and checks, and a sentence for each that is not good."""
-    found: list[tuple[Verdict, str]] = [
-        (fitted.quality.verdict, f"{fitted.name}: {fitted.quality.reason}")
-        for fitted in reconstruction.passes
+    """The worst verdict among passes and checks, and why: one sentence a reason, worst first.
+
+    Passes or places with the same reason share its sentence.
+    """
+    places: dict[tuple[Verdict, str], list[str]] = {}
+    for fitted in reconstruction.passes:
+        quality = fitted.quality
+        places.setdefault((quality.verdict, quality.reason), []).append(fitted.name)
+    for check in reconstruction.surface.checks if reconstruction.surface else ():
+        places.setdefault((_OF_CHECK[check.verdict], check.message), []).append(check.where)
+    found = sorted(places, key=lambda reason: -_RANKS.index(reason[0]))
+    reasons = [
+        f"{_joined(places[verdict, reason])}: {reason} ({verdict})"
+        for verdict, reason in found
+        if verdict != "good"
     ]
-    if reconstruction.surface is not None:
-        found += [
-            (
-                _OF_CHECK[check.verdict],
-                f"{check.where}: {check.message}" if check.where else check.message,
-            )
-            for check in reconstruction.surface.checks
-        ]
-    found.sort(key=lambda entry: -_RANKS.index(entry[0]))
-    worst: Verdict = found[0][0] if found else "good"
-    return worst, [f"{reason} ({verdict})" for verdict, reason in found if verdict != "good"]
+    return (found[0][0] if found else "good"), reasons
+
+
+def _joined(names: list[str]) -> str:
+    """Names in a row, the first few of many."""
+    more = len(names) - _MOST_NAMES
+    return ", ".join(names) if more <= 0 else f"{', '.join(names[:_MOST_NAMES])} and {more} more"
 
 
 def all_notices(reconstruction: Reconstruction) -> list[Notice]:
