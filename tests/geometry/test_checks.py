@@ -102,6 +102,14 @@ def test_heading_drift_is_judged_by_its_expected_spread(sigma: float, verdict: s
     assert drift.unit == "°"
 
 
+def test_heading_drift_is_an_integral() -> None:
+    strips = sphere_passes([0.0, 0.1])
+    wrong = rolled(strips[1], np.linspace(0.0, 1.0, 97))
+    drift = found(checks_of([strips[0], wrong]), "heading-drift")["P2"]
+    assert drift.value == pytest.approx(0.96 / 0.6 * 0.5, rel=2e-4)
+    assert drift.verdict == "pass"
+
+
 def test_the_expected_spread_goes_with_its_pass() -> None:
     strips = sphere_passes([0.0, 0.1, 0.2])
     strips[2] = rolled(strips[2], np.full(97, 0.5))

@@ -238,6 +238,14 @@ def test_passes_are_turned_to_run_as_the_first_given_does(backwards: list[int]) 
     assert not arrangement.flipped.any()
 
 
+def test_the_first_given_keeps_its_direction_wherever_it_lies() -> None:
+    strips = sphere_passes()
+    arrangement = arrange([strips[2].reversed(), strips[0], strips[4], strips[1], strips[3]])
+    first = arrangement.order.index(0)
+    assert first == 2
+    assert np.array_equal(arrangement.turned, np.arange(5) != first)
+
+
 def test_the_order_runs_along_the_conormals() -> None:
     for strips in (sphere_passes(), [s.reversed() for s in sphere_passes()]):
         arrangement = arrange(strips)

@@ -132,6 +132,15 @@ def test_frames_along_a_geodesic_of_a_car_bonnet() -> None:
     assert np.allclose(np.swapaxes(strip.frames, 1, 2) @ strip.frames, np.eye(3), atol=1e-12)
 
 
+def test_beyond_half_a_pitch_the_frames_stay() -> None:
+    s, out = np.linspace(0.0, 0.45, 16), np.array([-0.2, -0.015, 0.2, 0.465, 0.6])
+    _, tangents, normals = helix(s)
+    strip = interpolate_frames(s, frames_from(tangents, normals), out)
+    assert np.allclose(strip.frames[0], strip.frames[1], atol=1e-9)
+    assert np.allclose(strip.frames[3], strip.frames[4], atol=1e-9)
+    assert np.allclose(strip.points[4] - strip.points[3], 0.135 * strip.tangents[3], atol=1e-9)
+
+
 def test_frames_rotate_with_their_samples() -> None:
     s, out = np.linspace(0.0, 0.45, 16), np.linspace(0.0, 0.45, 50)
     _, tangents, normals = helix(s)
