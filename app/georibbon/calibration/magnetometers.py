@@ -172,11 +172,8 @@ def _rescanned(stage: _Stage, found: Adjusted) -> Adjusted:
         if not poses.any():
             return found
         problem = stage.problem
-        if poses.sum() > len(poses) // 2:
-            poses[:] = True
-        kept = problem.valid * ~poses if not poses.all() else problem.valid
         b = problem.directions(found.q).d
-        theta, _ = linear_fit(problem.values, b, kept, stage.start)
+        theta, _ = linear_fit(problem.values, b, problem.valid * ~poses, stage.start)
         best = HEADINGS[np.argmin(stage.pose_costs(theta, found.q[-1]), axis=0)]
         q = np.append(np.where(poses, best, found.q[:-1]), found.q[-1])
         trial = adjust(problem, q, rough=True)
