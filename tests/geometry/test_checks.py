@@ -87,10 +87,10 @@ def test_a_circle_of_latitude_drifts_by_its_geodesic_curvature() -> None:
     assert drift["P1"].value < 1e-6
     assert drift["P2"].value == pytest.approx(np.degrees(1.6 * np.sin(0.2)), rel=1e-5)
     assert drift["P2"].verdict == "fail"
-    assert "lay it again" in drift["P2"].message
+    assert "lay it flat again" in drift["P2"].message
 
 
-@pytest.mark.parametrize(("sigma", "verdict"), [(0.5, "pass"), (0.2, "warn"), (0.1, "fail")])
+@pytest.mark.parametrize(("sigma", "verdict"), [(0.2, "pass"), (0.15, "warn"), (0.09, "fail")])
 def test_heading_drift_is_judged_by_its_expected_spread(sigma: float, verdict: str) -> None:
     """A normal rolled by delta has kg = kn tan(delta): here 0.96 m / 0.6 m at 0.5 degrees."""
     strips = sphere_passes([0.0, 0.1])

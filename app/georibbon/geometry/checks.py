@@ -106,22 +106,26 @@ def heading_drift(spline: BSpline, ends: FloatArray, frame_sigma: float | None, 
     """How far a pass turns within the surface: the integral of its geodesic curvature.
 
     kg = f'' . V on the interpolated curve; zero for a ribbon, which cannot bend
-    in its own plane.  Expected spread: frame_sigma, radians; where that is not
-    known, a degree counts as three sigma.
+    in its own plane.  Its expected spread is that of the difference of two
+    frames, sqrt(2) frame_sigma (radians); where that is not known, a degree
+    counts as three of it.
     """
     s = np.linspace(ends[0], ends[1], 4 * len(spline.t))
     _, frames = sampled(spline, s)
     turning = np.sum(spline(s, nu=2)[:, :3] * frames[:, :, 1], axis=1)
     drift = abs(float(np.sum(0.5 * (turning[1:] + turning[:-1]) * np.diff(s))))
-    sigma = DRIFT_WITHOUT_SIGMA / DRIFT_SIGMAS[0] if frame_sigma is None else frame_sigma
-    limits = [max(factor * sigma, np.radians(0.05)) for factor in DRIFT_SIGMAS]
+    spread = np.sqrt(2.0) * frame_sigma if frame_sigma is not None else DRIFT_WITHOUT_SIGMA / 3.0
+    limits = [max(factor * spread, np.radians(0.05)) for factor in DRIFT_SIGMAS]
     verdict = graded(drift, *limits)
     message = (
         f"{name} turns by {np.degrees(drift):.2f}° within the built surface, where a ribbon cannot "
         f"turn (up to {np.degrees(limits[0]):.2f}° is expected)"
     )
     if verdict != "pass":
-        message += ": check that the ribbon lay flat and was not pulled sideways, and lay it again"
+        message += (
+            ": lay it flat again without pulling it sideways, or fit it by the ribbon method, "
+            "which holds it to what a ribbon can do"
+        )
     return Check("heading-drift", verdict, float(np.degrees(drift)), "°", name, message)
 
 
