@@ -121,7 +121,7 @@ def _assess_pass(
         (
             share > ACCEPTABLE_IGNORED,
             share > REDO_IGNORED,
-            f"{len(ignored)} of {len(sensors)} sensors are ignored",
+            f"{len(ignored)} of {len(sensors)} sensors left out ({', '.join(ignored)})",
         ),
         (
             rms > ACCEPTABLE_RESIDUAL,

@@ -27,12 +27,13 @@ from georibbon.fitting.rotations import skew
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
 from georibbon.fitting.strip import (
     field_direction,
+    linear_cost,
     prior,
     robust_cost,
     robust_weights,
     sensed_vectors,
 )
-from georibbon.fitting.survey import Observation, Placed, Rows
+from georibbon.fitting.survey import Measurement, Observation, Placed, Rows
 
 
 @dataclass(frozen=True)
@@ -409,10 +410,19 @@ def descend(
 
 
 def cost_of(problem: JointProblem, state: State) -> float:
-    """The cost at a state with the noise as it acts there, comparable between minima."""
+    """The cost at a state with the noise as it acts there, to choose between minima by.
+
+    A measurement that is missed grossly counts linearly here: while a minimum is
+    sought it must lose its pull, but the minimum that misses it is the less likely.
+    """
     white = whiten_all(problem, state)
-    cost = _cost(problem, state, white, _Layout(problem.array))
-    return cost + _log_determinant(white)
+    cost = _cost(problem, state, white, _Layout(problem.array)) + _log_determinant(white)
+    placed = place(problem, state)
+    for part in problem.survey:
+        if isinstance(part, Measurement):
+            squares = part.rows(placed).squares
+            cost += float((linear_cost(squares) - robust_cost(squares)).sum())
+    return cost
 
 
 def _log_determinant(white: FloatArray) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.rotations import about_z
-from georibbon.fitting.strip import robust_cost
+from georibbon.fitting.strip import linear_cost
 
 # Beside the observation's own sigma: how far a single pass's curve drifts (about 4 mm in 1 m).
 DRIFT_SIGMA = 0.005
@@ -21,7 +21,6 @@ MOST_COMBINATIONS = 256
 _ROUNDS = 4
 _LINK_LIMIT = 3.0
 _RIDGE = 1e-2  # 1/m²: it settles only what nothing else does
-HEADING_TOLD = np.radians(5.0)  # a heading less sure than this is not told by the survey
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +96,7 @@ def place_rigidly(
     """The best placing of one candidate a pass; `heading` where it is known.
 
     Workpiece = Rz(-heading) magnetic.  Passes that nothing holds stay at the
-    origin, and a heading that nothing tells is 0.  A link that contradicts the
+    origin.  A link that contradicts the
     others (a slip of the pen) loses its weight over a few rounds.
     """
     design, weight = _design(links, len(choice))
@@ -108,7 +107,7 @@ def place_rigidly(
         away = np.linalg.norm(_misfit(design, turned, fixed, solution), axis=1) * weight
         trust = _LINK_LIMIT / np.maximum(away, _LINK_LIMIT)
     angle, sigma, origins = solution
-    misfit = float(np.sum(robust_cost(away**2)))
+    misfit = float(np.sum(linear_cost(away**2)))
     return Placing(choice, angle, sigma, origins, misfit + float(curves.cost[choice].sum()))
 
 
@@ -134,7 +133,7 @@ def _solve_links(
     cross = float(np.sum(pv[:, 0] * pu[:, 1] - pv[:, 1] * pu[:, 0]))
     sigma = float(1 / np.sqrt(max(np.hypot(level, cross), 1e-12)))
     if heading is None:
-        heading = float(np.arctan2(cross, level)) if sigma < HEADING_TOLD else 0.0
+        heading = float(np.arctan2(cross, level))
     origins = solved[:, 3:] - solved[:, :3] @ about_z(-heading).T
     return heading, sigma, origins
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from georibbon.fitting import equations
 from georibbon.fitting.equations import Pair, Survey
-from georibbon.fitting.placing import HEADING_TOLD, Curves, Link, Placing, best_placings
+from georibbon.fitting.placing import Curves, Link, Placing, best_placings
 from georibbon.notices import Notice
 from georibbon.recording import Recording
 
+HEADING_TOLD = float(np.radians(5.0))  # a heading less sure than this is not told by the survey
 KNOWN_HEADING_SIGMA = float(np.radians(0.5))
 # Rigid placings are rough: those this near the best are worth a full adjustment, but no more of
 # them than this.

@@ -88,9 +88,14 @@ def log(rotations: FloatArray) -> FloatArray:
 
 
 def _near_half_turn(r: FloatArray, axial: FloatArray, angle: FloatArray) -> FloatArray:
-    """The rotation vector where sin(angle) is too small to give the axis: from R + R^T."""
+    """The rotation vector where sin(angle) is too small to give the axis: from R + R^T.
+
+    Near half a turn 1 - cos(angle) is nearly 2; elsewhere the result is not used.
+    """
     cosine = np.cos(angle)[..., None, None]
-    outer = (0.5 * (r + np.swapaxes(r, -1, -2)) - cosine * np.eye(3)) / (1.0 - cosine + 1e-300)
+    outer = (0.5 * (r + np.swapaxes(r, -1, -2)) - cosine * np.eye(3)) / np.maximum(
+        1.0 - cosine, 1.0
+    )
     largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     axis = np.take_along_axis(outer, largest[..., None, None], axis=-1)[..., 0]
     axis = axis / np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-300)

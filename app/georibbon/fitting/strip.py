@@ -119,6 +119,12 @@ def robust_cost(squares: FloatArray) -> FloatArray:
     )
 
 
+def linear_cost(squares: FloatArray) -> FloatArray:
+    """The square up to the limit, and linear in its root beyond it (Huber)."""
+    root = np.sqrt(squares)
+    return np.where(root <= ROBUST_LIMIT, squares, ROBUST_LIMIT * (2 * root - ROBUST_LIMIT))
+
+
 def robust_weights(squares: FloatArray) -> FloatArray:
     """rho's derivative by the square: 1 up to the limit, limit² / square beyond it."""
     limit = ROBUST_LIMIT**2

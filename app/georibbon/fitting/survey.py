@@ -218,4 +218,6 @@ class ChordSet:
         return Rows(self.i, self.j, residuals, first, second)
 
 
-Observation = MarkSet | DistanceSet | CrossingSet | AcrossSet | ChordSet
+Measurement = MarkSet | DistanceSet | CrossingSet
+Assumption = AcrossSet | ChordSet
+Observation = Measurement | Assumption
