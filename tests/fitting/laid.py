@@ -119,7 +119,7 @@ def lay(
     frames = frames_at_sensors(grid, shape)
     rng = np.random.default_rng(seed)
     if seed is not None:
-        frames = frames @ exp(noise.contact * rng.standard_normal(frames.shape[:2] + (3,)))
+        frames = frames @ exp(noise.contact * rng.standard_normal((*frames.shape[:2], 3)))
     field = field_direction(DIP, heading)
     means = counts(of, calibrated.sensors, frames, field)
     if seed is not None:

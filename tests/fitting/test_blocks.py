@@ -1,5 +1,7 @@
 """Block systems: the same as dense algebra, at the cost of the blocks that are filled."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -32,7 +34,7 @@ def random_system(seed, blocks, share):
 
 
 def split(vector, ends):
-    return [vector[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return [vector[a:b] for a, b in pairwise(ends)]
 
 
 systems = st.tuples(st.integers(0, 10**6), st.integers(1, 9), st.floats(0.0, 0.6))

@@ -1,6 +1,7 @@
 """The discrete ribbon: unit speed, closed forms, order of convergence, exact derivatives."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -90,10 +91,7 @@ def test_roughness_is_the_integral_of_the_squared_second_derivative():
     coefficients = np.random.default_rng(2).normal(size=GRID.coefficients)
     spline = BSpline(basis_of(GRID).t, coefficients, 3)
     knots = np.unique(spline.t)
-    square = sum(
-        quad(lambda s: spline(s, 2) ** 2, a, b)[0]
-        for a, b in zip(knots[:-1], knots[1:], strict=True)
-    )
+    square = sum(quad(lambda s: spline(s, 2) ** 2, a, b)[0] for a, b in pairwise(knots))
     assert coefficients @ GRID.roughness @ coefficients == pytest.approx(square, rel=1e-9)
 
 
