@@ -40,7 +40,7 @@ test: $(TEST)
 	@$(BIN)/lint-imports
 	@echo "== Tests (pytest, two at a time; coverage by line in build/coverage)"
 	@mkdir -p build
-	@COVERAGE_FILE=build/.coverage $(BIN)/python -m pytest -n 2 --cov --cov-report=
+	@COVERAGE_FILE=build/.coverage $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=
 	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
 
 benchmarks: $(TEST)

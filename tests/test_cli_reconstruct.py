@@ -6,6 +6,7 @@ import math
 import shutil
 
 import pytest
+from synthetic import reconstruction
 
 from georibbon.cli import main
 from georibbon.errors import ExportError
@@ -254,8 +255,10 @@ def test_a_failure_at_the_last_file_leaves_nothing(
     def fail(*_args, **_settings):
         raise error
 
+    monkeypatch.setattr("georibbon.reconstruction.reconstruct", lambda *_: reconstruction())
     monkeypatch.setattr("georibbon.export.picture.write_picture", fail)
     (tmp_path / "part.csv").write_text("yesterday's")
-    assert main(["reconstruct", str(small_capture), *asked(tmp_path, *OUTPUTS)]) == code
+    outputs = asked(tmp_path, "part.stl", "part.csv", "part.json", "part.png")
+    assert main(["reconstruct", str(small_capture), *outputs]) == code
     assert [path.name for path in tmp_path.iterdir()] == ["part.csv"]
     assert (tmp_path / "part.csv").read_text() == "yesterday's"
