@@ -57,6 +57,19 @@ def test_a_dead_sensor_or_axis_is_left_out_by_name(name, change, words):
     assert np.all(model.bias == 0.0)
 
 
+def test_half_of_the_magnetometers_dead_are_all_named():
+    dead = {"M01", "M03", "M05"}
+    bar = Bar(seed=1, counts=lambda _p, s, y: y * 0.0 if s.name in dead else y)
+    assert set(unused(sound(bar))) == dead
+
+
+def test_a_pose_in_which_every_magnetometer_is_saturated_still_counts_for_gravity():
+    bar = Bar(seed=1, counts=lambda p, s, y: 0 * y + 9000.0 if p == 6 and s.name[0] == "M" else y)
+    found = sound(bar)
+    assert len(told(found, "sensor-saturated")) == 6
+    assert found.quality.poses == 20
+
+
 @pytest.mark.parametrize(
     ("name", "order", "signs", "words"),
     [

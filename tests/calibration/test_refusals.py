@@ -76,7 +76,7 @@ def test_no_magnetometer_left():
 
 def test_no_accelerometer_left():
     bar = Bar(counts=lambda _p, s, y: y * np.nan if s.kind == "accelerometer" else y, sensors=4)
-    refused(bar, bar.poses(SIXTEEN), "poses")
+    refused(bar, bar.poses(SIXTEEN), "no accelerometer", "connection")
 
 
 def test_another_ribbons_columns():
@@ -85,6 +85,12 @@ def test_another_ribbons_columns():
     whole = poses[3].readings
     poses[3] = replace(poses[3], readings=Readings(whole.t, whole.counts[:, 1:]))
     refused(bar, poses, "roll 90, heading 180", "29 columns", "30")
+
+
+def test_poses_without_any_accelerometer_are_left_out():
+    bar = Bar(axes=3, counts=lambda p, s, y: y * np.nan if p < 2 and s.name[0] == "A" else y)
+    found = calibrate(bar.ribbon, bar.poses(TWENTY))
+    assert len(told(found, "pose-lost")) == 2
 
 
 def test_an_angle_that_is_no_number():

@@ -15,13 +15,13 @@ from georibbon.calibration.poses import (
     Attitudes,
     attitudes,
     block,
-    pose_means,
     rotation_x,
     rotation_y,
     rotation_z,
 )
 from georibbon.calibration.quality import coverage
-from georibbon.calibration.separable import robust_weights
+from georibbon.calibration.separable import median_of, robust_weights
+from georibbon.stillness import still_means
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def bar():
 @pytest.fixture(scope="module")
 def stages(bar):
     poses = bar.poses(TWENTY)
-    asked, means = attitudes(poses), pose_means(bar.ribbon, poses)
+    asked, means = attitudes(poses), [still_means(pose.readings) for pose in poses]
     first = fit_accelerometers(block(bar.ribbon, means, "accelerometer"))
     magnetometers = block(bar.ribbon, means, "magnetometer")
     second = field.fit_magnetometers(magnetometers, asked.level, first.up, asked.heading)
@@ -200,6 +200,12 @@ def test_weights_fall_with_the_residual_and_are_zero_where_nothing_was_read():
     assert weights[0] > weights[1] > weights[3]
     assert weights[2] == 0.0
     assert weights[3] < 0.01
+
+
+def test_the_median_counts_what_was_read_only():
+    cells = np.array([[1.0, 2.0, 9.0], [5.0, 6.0, 7.0]])
+    valid = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(median_of(cells, valid, 1), [1.5, 0.0])
 
 
 def test_coverage_is_one_for_even_directions_and_none_for_a_plane():

@@ -26,12 +26,20 @@ from georibbon.calibration.model import (
     CalibrationQuality,
     SensorModel,
 )
-from georibbon.calibration.poses import Attitudes, Block, attitudes, block, pose_means
+from georibbon.calibration.poses import (
+    Attitudes,
+    Block,
+    attitudes,
+    block,
+    require_columns,
+    with_values,
+)
 from georibbon.calibration.separable import Tie
 from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
 from georibbon.ribbon import FloatArray, Ribbon
+from georibbon.stillness import still_means
 
 Hemisphere = Literal["north", "south"]
 # Gains are looked at, before any fit, against "up" known to some hundredths of g.
@@ -39,8 +47,6 @@ ROUGH = 0.02
 # The noise of a pose mean, g, that the squareness of the faces is weighed against.
 READING = 1e-4
 ROUNDS = 2
-# A pose without values in most columns tells nothing.
-LEAST_SHARE = 0.5
 # The figures A and B are for this much noise, in units of one reading's.
 FIGURE_A_MG = 0.1
 FIGURE_B_PERCENT = 0.5
@@ -68,7 +74,9 @@ def calibrate(
     Raises CalibrationError where the poses are too few, do not cover faces,
     headings and tilts, or leave a parameter undetermined; it says what to do.
     """
-    poses, notices = _with_values(poses)
+    require_columns(ribbon, poses)
+    poses, lost = with_values(ribbon, poses)
+    notices = [_lost_notice(pose) for pose in lost]
     gates.require_poses(len(poses))
     asked = attitudes(poses)
     accelerometers, magnetometers, out, said = _usable(ribbon, poses, asked)
@@ -113,34 +121,23 @@ def calibrate(
     )
 
 
-def _with_values(poses: Sequence[Pose]) -> tuple[list[Pose], list[Notice]]:
-    """The poses that hold values at all, and a notice for each other one."""
-    kept, notices = [], []
-    for pose in poses:
-        share = float(np.isfinite(pose.readings.counts).mean()) if pose.readings.counts.size else 0
-        if share >= LEAST_SHARE:
-            kept.append(pose)
-        else:
-            notices.append(
-                Notice(
-                    "pose-lost",
-                    f"pose {pose.name!r} lost {100.0 * (1.0 - share):.0f} % of its values and is "
-                    "left out; take it again",
-                )
-            )
-    return kept, notices
+def _lost_notice(pose: Pose) -> Notice:
+    return Notice(
+        "pose-lost",
+        f"pose {pose.name!r} lost the values of most sensors and is left out; take it again",
+    )
 
 
 def _usable(
     ribbon: Ribbon, poses: Sequence[Pose], asked: Attitudes
 ) -> tuple[Block, Block, list[LeftOut], list[Notice]]:
     """The accelerometers and magnetometers that can be fitted, those left out, and notices."""
-    means = pose_means(ribbon, poses)
+    means = [still_means(pose.readings) for pose in poses]
     saturated = suspects.saturated_columns(poses)
     groups, out, notices = [], [], []
     for kind in ("accelerometer", "magnetometer"):
         group = block(ribbon, means, "accelerometer" if kind == "accelerometer" else "magnetometer")
-        expected = suspects.middle_range(group)
+        expected = suspects.usual_range(group)
         if kind == "accelerometer":
             expected = np.maximum(expected, np.ptp(asked.up, axis=0))
         dead = suspects.dead_sensors(group, expected)

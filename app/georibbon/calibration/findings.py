@@ -6,7 +6,7 @@ import numpy as np
 
 from georibbon.calibration.labels import name_of
 from georibbon.calibration.poses import Attitudes, Block
-from georibbon.calibration.separable import Adjusted, cell_residuals, robust_scale
+from georibbon.calibration.separable import Adjusted, cell_residuals, median_of, robust_scale
 from georibbon.notices import Notice
 from georibbon.ribbon import FloatArray
 
@@ -55,7 +55,7 @@ def findings(
     shown = np.where(block.valid, cells, np.nan)
     out = block.valid & (cells > OUT * robust_scale(cells, valid, floor))
     limit = SENSOR_OUT * max(float(np.nanmedian(shown)), floor)
-    sensors = np.nanmedian(shown, axis=1) > limit
+    sensors = median_of(cells, valid, 1) > limit
     others = block.valid & ~sensors[:, None]
     poses = (out & others).sum(axis=0) > MOST * np.maximum(others.sum(axis=0), 1)
     notices = [

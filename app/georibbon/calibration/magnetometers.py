@@ -21,6 +21,7 @@ from georibbon.calibration.separable import (
     adjust,
     cell_residuals,
     linear_fit,
+    median_of,
 )
 from georibbon.ribbon import FloatArray
 
@@ -160,9 +161,9 @@ def _starts_without_labels(stage: _Stage) -> list[FloatArray]:
 def _suspects(stage: _Stage, found: Adjusted) -> BoolArray:
     """(p,) bool: poses whose median cell residual stands out."""
     cells = cell_residuals(found.residuals, stage.problem.axes)
-    cells = np.where(stage.problem.valid > 0.0, cells, np.nan)
-    by_pose = np.nanmedian(cells, axis=0)
-    return np.asarray(by_pose > max(3.0 * float(np.nanmedian(cells)), SUSPECT))
+    valid = stage.problem.valid
+    middle = float(np.median(cells[valid > 0.0]))
+    return np.asarray(median_of(cells, valid, 0) > max(3.0 * middle, SUSPECT))
 
 
 def _rescanned(stage: _Stage, found: Adjusted) -> Adjusted:

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from georibbon.errors import CalibrationError
 from georibbon.recording import Pose
 from georibbon.ribbon import FloatArray, Ribbon, SensorKind
-from georibbon.stillness import StillMeans, still_means
+from georibbon.stillness import StillMeans
 
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+# A pose in which fewer axes of a kind gave values is left out.
+LEAST_SHARE = 0.5
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -115,8 +117,8 @@ def attitudes(poses: Sequence[Pose]) -> Attitudes:
     )
 
 
-def pose_means(ribbon: Ribbon, poses: Sequence[Pose]) -> list[StillMeans]:
-    """Each pose's means; raises CalibrationError where the columns are not the ribbon's."""
+def require_columns(ribbon: Ribbon, poses: Sequence[Pose]) -> None:
+    """Raises CalibrationError where a pose's columns are not the ribbon's."""
     for pose in poses:
         columns = pose.readings.counts.shape[-1]
         if columns != len(ribbon.columns):
@@ -124,7 +126,24 @@ def pose_means(ribbon: Ribbon, poses: Sequence[Pose]) -> list[StillMeans]:
                 f"pose {pose.name!r} has {columns} columns and ribbon {ribbon.id} has "
                 f"{len(ribbon.columns)}; record the pose with this ribbon"
             )
-    return [still_means(pose.readings) for pose in poses]
+
+
+def with_values(ribbon: Ribbon, poses: Sequence[Pose]) -> tuple[list[Pose], list[Pose]]:
+    """The poses in which most sensors of each kind gave values, and the others.
+
+    Counted are the axes that gave a value in any pose: a dead sensor is no
+    pose's fault.
+    """
+    has = np.array([np.isfinite(pose.readings.counts).any(axis=0) for pose in poses])
+    alive = has.any(axis=0) if len(poses) else np.zeros(0, dtype=bool)
+    good = np.ones(len(poses), dtype=bool)
+    for kind in ("accelerometer", "magnetometer"):
+        axes = [column for s in ribbon.sensors if s.kind == kind for column in s.columns]
+        counted = alive & np.isin(ribbon.columns, axes) if len(poses) else alive
+        if counted.any():
+            good &= has[:, counted].mean(axis=1) >= LEAST_SHARE
+    kept = [pose for pose, fine in zip(poses, good, strict=True) if fine]
+    return kept, [pose for pose, fine in zip(poses, good, strict=True) if not fine]
 
 
 def block(ribbon: Ribbon, means: Sequence[StillMeans], kind: SensorKind) -> Block:

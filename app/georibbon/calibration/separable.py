@@ -137,6 +137,13 @@ def cell_residuals(residuals: FloatArray, axes: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((residuals**2).sum(axis=-1) / axes[:, None]))
 
 
+def median_of(cells: FloatArray, valid: FloatArray, axis: int) -> FloatArray:
+    """The median along an axis of the cells that count, 0 where none does."""
+    shown = np.where(valid > 0.0, cells, np.nan)
+    empty = np.isnan(shown).all(axis=axis, keepdims=True)
+    return np.asarray(np.nanmedian(np.where(empty, 0.0, shown), axis=axis))
+
+
 def robust_scale(cells: FloatArray, valid: FloatArray, floor: float) -> float:
     """Three times the median cell residual, and no less than three times the floor."""
     used = cells[valid > 0.0]

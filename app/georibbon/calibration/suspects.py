@@ -82,15 +82,18 @@ def dead_sensors(block: Block, expected: FloatArray) -> list[LeftOut]:
     return out
 
 
-def middle_range(block: Block) -> FloatArray:
-    """(3,) the median over the sensors of each axis' range over the poses, in units."""
+def usual_range(block: Block) -> FloatArray:
+    """(3,) the upper quartile over the sensors of each axis' range over the poses, in units.
+
+    So that a ribbon half of which is dead still says how far an axis must move.
+    """
     values = np.where(np.isfinite(block.values), block.values, np.nan)
     present = _present(block) & np.isfinite(values).any(axis=1)
     values = np.where(present[:, None, :], values, 0.0)
     spans = np.where(present, np.nanmax(values, axis=1) - np.nanmin(values, axis=1), np.nan)
     known = np.flatnonzero(present.any(axis=0))
     found = np.zeros(3)
-    found[known] = np.nanmedian(spans[:, known], axis=0)
+    found[known] = np.nanquantile(spans[:, known], 0.75, axis=0)
     return found
 
 
