@@ -253,6 +253,13 @@ def test_the_order_runs_along_the_conormals() -> None:
         assert (second.points[48] - first.points[48]) @ first.conormals[48] > 0.0
 
 
+@pytest.mark.parametrize("turn", [1.0, 1.7, 2.5])
+def test_passes_either_side_of_an_edge_both_face_outward(turn: float) -> None:
+    """Normals more than a right angle apart are no sign that one pass lies upside down."""
+    strips = sphere_passes([-0.3 * turn, 0.3 * turn], shifts=[0.0, 0.05])
+    assert not arrange(strips).flipped.any()
+
+
 @pytest.mark.parametrize("over", [[2], [0], [3, 4]])
 def test_a_pass_that_lies_upside_down_is_found(over: list[int]) -> None:
     strips = sphere_passes()

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from georibbon.geometry.frames import Strip
+from georibbon.geometry.frames import Strip, unit
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -369,12 +369,20 @@ def arrange(strips: Sequence[Strip]) -> Arrangement:
 
 
 def agreement(a: Strip, b: Strip) -> tuple[float, float]:
-    """How far b runs, and faces, as a does: sums of tau.tau and N.N at nearest nodes."""
+    """How far b runs, and faces, as a does: sums of tau.tau and N.N at nearest nodes.
+
+    Where the surface bends round an edge between them, N.N says little; on an
+    arc N_b is N_a mirrored across the chord, however far it turns, so the
+    greater of both sums counts.
+    """
     some = np.linspace(0, len(a.s) - 1, 9).astype(int)
     away = a.points[some, None] - b.points[None]
     near = np.argmin(np.sum(away * away, axis=2), axis=1)
     along = np.sum(a.tangents[some] * b.tangents[near])
-    facing = np.sum(a.normals[some] * b.normals[near])
+    chords = unit(b.points[near] - a.points[some])
+    normals = a.normals[some]
+    mirrored = normals - 2.0 * np.sum(normals * chords, axis=1, keepdims=True) * chords
+    facing = max(np.sum(side * b.normals[near]) for side in (normals, mirrored))
     return float(along), float(facing)
 
 
