@@ -6,10 +6,10 @@ import math
 import shutil
 
 import pytest
-from synthetic import reconstruction
 
 from georibbon.cli import main
 from georibbon.errors import ExportError
+from synthetic import reconstruction
 
 OUTPUTS = ("part.stl", "part.obj", "part.ply", "part.csv", "part.json", "part.html", "part.png")
 FLAGS = {"stl": "surface", "obj": "surface", "ply": "surface", "csv": "curves", "png": "picture"}
@@ -119,7 +119,7 @@ def test_the_summary(small_capture, tmp_path, capsys):
     capsys.readouterr()
     assert main(["reconstruct", str(small_capture), *asked(tmp_path, "part.stl")]) == 0
     told = capsys.readouterr().out
-    for line in ("P1 ", "P2 ", "P3 ", "surface "):
+    for line in ("P1 ", "P2 ", "P3 ", "survey   6 observations", "surface "):
         assert f"\n{line}" in f"\n{told}"
     assert told.endswith(f"written: {tmp_path / 'part.stl'} (mm)\n")
 
@@ -194,6 +194,7 @@ def test_each_option_reaches_its_setting(small_capture, settings_asked, words, n
         (["--smoothing=rough"], "rough"),
         (["--smoothing=-5"], "-5"),
         (["--smoothing=20000"], "smoothing"),
+        (["--smoothing=60", "--method=paper"], "--method ribbon"),
         (["--smoothing=P1="], "''"),
         (["--smoothing==60"], "=60"),
         (["--tolerance=0"], "0"),

@@ -37,6 +37,10 @@ def print_reconstruction(result: "Reconstruction") -> None:
             f"sigma {1e3 * rms:.2f} mm  smoothing {1e3 * fitted.smoothing:.0f} mm  "
             f"{fitted.quality.verdict}: {fitted.quality.reason}"
         )
+    if result.survey:
+        ratio = math.sqrt(sum(seen.ratio**2 for seen in result.survey) / len(result.survey))
+        seen = counted(len(result.survey), "observation")
+        print(f"survey   {seen}, missed by {ratio:.2f} of their standard deviations (rms)")
     if result.surface is not None:
         print_surface(result.surface)
     print_notices(all_notices(result))

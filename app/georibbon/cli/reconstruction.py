@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from georibbon.cli.arguments import Parser, millimetres, pair
 from georibbon.cli.outputs import Outputs, check_endings
 from georibbon.cli.printing import print_reconstruction
+from georibbon.errors import SettingsError
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
@@ -149,6 +150,9 @@ def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
     from georibbon.geometry.surface import SurfaceSettings
     from georibbon.reconstruction import ReconstructionSettings
 
+    smoothing = dict(entry for entry in arguments.smoothing if entry is not None)
+    if smoothing and arguments.method == "paper":
+        raise SettingsError("--smoothing is for --method ribbon; the paper's way smooths nothing")
     surface = SurfaceSettings(thickness=arguments.thickness)
     if arguments.tolerance is not None:
         surface = replace(surface, tolerance=arguments.tolerance)
@@ -156,7 +160,7 @@ def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
     return ReconstructionSettings(
         method=arguments.method,
         neighbours=arguments.neighbours,
-        smoothing=dict(entry for entry in arguments.smoothing if entry is not None),
+        smoothing=smoothing,
         surface=None if arguments.curves and not others else surface,
     )
 
