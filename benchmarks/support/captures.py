@@ -77,3 +77,8 @@ def many(surface: str, passes: int, spacing: float = 0.1) -> SimulationSettings:
     return SimulationSettings(
         surface, {"length": max(size, 3.0)}, layout=replace(layout, heading=0.0)
     )
+
+
+def spread(surface: str, seed: int, spacing: float) -> SimulationSettings:
+    """Five marked passes that far apart."""
+    return SimulationSettings(surface, seed=seed, layout=LayoutSettings(spacing=spacing))
