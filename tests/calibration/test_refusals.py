@@ -113,6 +113,16 @@ def test_a_pose_without_values_is_left_out_and_told():
     assert found.quality.poses == 18
 
 
+def test_poses_keep_their_numbers_when_one_is_left_out():
+    steel = np.array([0.15, -0.1, 0.12])
+    bar = Bar(seed=5, field=lambda place, _s: steel if place == 7 else 0.0)
+    poses = bar.poses(TWENTY)
+    lost = np.full_like(poses[2].readings.counts, np.nan)
+    poses[2] = replace(poses[2], readings=Readings(poses[2].readings.t, lost))
+    [notice] = told(calibrate(bar.ribbon, poses), "pose-disturbed")
+    assert "pose 8 (" in notice.message
+
+
 @pytest.mark.parametrize(("a", "b", "word"), [(2.0, 0.3, "2.00 mg"), (0.1, 1.5, "1.50 %")])
 def test_parameters_that_are_left_free(a, b, word):
     with pytest.raises(CalibrationError, match=word):
@@ -123,5 +133,5 @@ def test_a_weak_parameter_is_told():
     bar = Bar(seed=1)
     found = calibrate(bar.ribbon, bar.poses(TWELVE))
     weak = replace(found.quality, accelerometer_mg=0.5, magnetometer_percent=0.8)
-    notices = gates.weaknesses(weak, attitudes(bar.poses(TWELVE)))
+    notices = gates.weaknesses(weak, attitudes(bar.poses(TWELVE), np.ones(12, dtype=bool)))
     assert [notice.code for notice in notices] == ["calibration-weak"] * 2

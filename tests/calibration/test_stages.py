@@ -32,7 +32,10 @@ def bar():
 @pytest.fixture(scope="module")
 def stages(bar):
     poses = bar.poses(TWENTY)
-    asked, means = attitudes(poses), [still_means(pose.readings) for pose in poses]
+    asked, means = (
+        attitudes(poses, np.ones(20, dtype=bool)),
+        [still_means(pose.readings) for pose in poses],
+    )
     first = fit_accelerometers(block(bar.ribbon, means, "accelerometer"))
     magnetometers = block(bar.ribbon, means, "magnetometer")
     second = field.fit_magnetometers(magnetometers, asked.level, first.up, asked.heading)
@@ -61,6 +64,7 @@ def test_the_nominal_attitude_is_as_the_format_says():
         np.zeros(2),
         np.radians([0.0, 30.0]),
         np.array([True, False]),
+        (1, 2),
     )
     np.testing.assert_allclose(asked.up, [[0, 1, 0], [0.5, 0, np.sqrt(0.75)]], atol=1e-15)
     roll, pitch = roll_pitch(asked.up)
@@ -231,7 +235,7 @@ def test_poses_in_words(roll, pitch, words):
 
 def test_headings_are_compared_up_to_what_is_common():
     asked = replace(
-        Attitudes(tuple("abcdefgh"), *np.zeros((3, 8)), np.ones(8, dtype=bool)),
+        Attitudes(tuple("abcdefgh"), *np.zeros((3, 8)), np.ones(8, dtype=bool), tuple(range(1, 9))),
         heading=np.linspace(0.0, 5.0, 8),
     )
     found = asked.heading + 2.5 + np.array([0, 0.1, -0.1, 0, 0, 1.6, 0, 0.05])

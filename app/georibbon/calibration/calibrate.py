@@ -75,10 +75,11 @@ def calibrate(
     headings and tilts, or leave a parameter undetermined; it says what to do.
     """
     require_columns(ribbon, poses)
-    poses, lost = with_values(ribbon, poses)
-    notices = [_lost_notice(pose) for pose in lost]
-    gates.require_poses(len(poses))
-    asked = attitudes(poses)
+    kept = with_values(ribbon, poses)
+    notices = [_lost_notice(pose) for pose, fine in zip(poses, kept, strict=True) if not fine]
+    gates.require_poses(int(kept.sum()))
+    asked = attitudes(poses, kept)
+    poses = [pose for pose, fine in zip(poses, kept, strict=True) if fine]
     accelerometers, magnetometers, out, said = _usable(ribbon, poses, asked)
     notices += said
     first = fit_accelerometers(accelerometers)

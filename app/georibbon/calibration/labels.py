@@ -63,7 +63,7 @@ def check_labels(asked: Attitudes, up: FloatArray) -> tuple[Attitudes, list[Noti
 
 def name_of(asked: Attitudes, p: int) -> str:
     """A pose for a sentence: its number, and its name."""
-    return f"pose {p + 1} ({asked.names[p]!r})"
+    return f"pose {asked.numbers[p]} ({asked.names[p]!r})"
 
 
 def check_headings(asked: Attitudes, found: FloatArray) -> tuple[BoolArray, list[Notice]]:

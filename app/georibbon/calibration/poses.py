@@ -43,7 +43,8 @@ def rotation_z(angle: FloatArray) -> FloatArray:
 class Attitudes:
     """The attitudes asked for, radians: R = Rz(heading) Ry(-pitch) Rx(roll), (p,) each.
 
-    table: (p,) bool, the bar lay with a face on the one table.
+    table: (p,) bool, the bar lay with a face on the one table.  numbers: the
+    poses' places in the recording, counted from 1.
     """
 
     names: tuple[str, ...]
@@ -51,6 +52,7 @@ class Attitudes:
     heading: FloatArray
     pitch: FloatArray
     table: BoolArray
+    numbers: tuple[int, ...]
 
     @property
     def level(self) -> FloatArray:
@@ -98,8 +100,12 @@ class Block:
         )
 
 
-def attitudes(poses: Sequence[Pose]) -> Attitudes:
-    """The attitudes asked for; raises CalibrationError for an angle that is no number."""
+def attitudes(poses: Sequence[Pose], kept: BoolArray) -> Attitudes:
+    """The attitudes asked for in the poses that are kept, (p,) bool.
+
+    Raises CalibrationError for an angle that is no number."""
+    numbers = [int(p) + 1 for p in np.flatnonzero(kept)]
+    poses = [poses[number - 1] for number in numbers]
     angles = np.radians([[pose.roll, pose.heading, pose.pitch] for pose in poses])
     bad = ~np.isfinite(angles).all(axis=1)
     if bad.any():
@@ -114,6 +120,7 @@ def attitudes(poses: Sequence[Pose]) -> Attitudes:
         angles[:, 1],
         angles[:, 2],
         np.array([pose.table for pose in poses], dtype=bool),
+        tuple(numbers),
     )
 
 
@@ -128,8 +135,8 @@ def require_columns(ribbon: Ribbon, poses: Sequence[Pose]) -> None:
             )
 
 
-def with_values(ribbon: Ribbon, poses: Sequence[Pose]) -> tuple[list[Pose], list[Pose]]:
-    """The poses in which most sensors of each kind gave values, and the others.
+def with_values(ribbon: Ribbon, poses: Sequence[Pose]) -> BoolArray:
+    """(p,) bool: the poses in which most sensors of each kind gave values.
 
     Counted are the axes that gave a value in any pose: a dead sensor is no
     pose's fault.
@@ -142,8 +149,7 @@ def with_values(ribbon: Ribbon, poses: Sequence[Pose]) -> tuple[list[Pose], list
         counted = alive & np.isin(ribbon.columns, axes) if len(poses) else alive
         if counted.any():
             good &= has[:, counted].mean(axis=1) >= LEAST_SHARE
-    kept = [pose for pose, fine in zip(poses, good, strict=True) if fine]
-    return kept, [pose for pose, fine in zip(poses, good, strict=True) if not fine]
+    return good
 
 
 def block(ribbon: Ribbon, means: Sequence[StillMeans], kind: SensorKind) -> Block:
