@@ -10,10 +10,14 @@ from georibbon.fitting.smoothing import best_lengths, information_density, weigh
 from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import StripProblem, Strips, fit_strips
 
-# A minimum whose cost is this much above the best is no candidate: the readings exclude it, even
-# where the sensors' common errors, which are not in a single pass's cost, favour it.
-KEEP_WITHIN = 40.0
+# A minimum whose cost is this much above the best is no candidate: not even a magnet near half of
+# the magnetometers, or what all passes share, would favour it by more.
+KEEP_WITHIN = 150.0
 SAME_SHAPE = 0.05  # two minima whose frames differ nowhere by more (about 3 degrees) are one
+# A pass is at odds with its sensors where this many are this many standard deviations off.
+ODD_RESIDUAL = 5.0
+ODD_SENSORS = 2
+MOST_LENDERS = 3
 FIRST_LENGTH = 0.12  # m, the smoothing before the evidence has spoken
 
 
@@ -48,6 +52,26 @@ def _distinct(places: IntArray, cost: FloatArray, frames: FloatArray) -> list[in
         if all(np.abs(frames[k] - frames[other]).max() > SAME_SHAPE for other in kept):
             kept.append(int(k))
     return kept
+
+
+def with_borrowed(problem: StripProblem, candidates: Sequence[Strips]) -> list[Strips]:
+    """The candidates, and for a pass at odds with its sensors those that other passes lead to.
+
+    Where a magnet hides half of a pass's magnetometers its own readings lead
+    astray; near-parallel passes have nearly its shape.
+    """
+    odd = [int(np.sum(part.squares[0] > ODD_RESIDUAL**2)) for part in candidates]
+    lenders = [p for p in np.argsort(odd, kind="stable") if odd[p] < ODD_SENSORS][:MOST_LENDERS]
+    out = list(candidates)
+    for p, count in enumerate(odd):
+        if count >= ODD_SENSORS and lenders:
+            starts = stack([candidates[k].take([0]) for k in lenders]).shape
+            smoothing = np.repeat(candidates[p].smoothing[:1], len(lenders))
+            lent = fit_strips(problem.take([p] * len(lenders)), starts, smoothing)
+            both = stack([candidates[p], lent])
+            frames = integrate_frames(problem.grid, both.shape)
+            out[p] = both.take(_distinct(np.arange(len(both.cost)), both.cost, frames))
+    return out
 
 
 def stack(strips: Sequence[Strips]) -> Strips:

@@ -8,7 +8,7 @@ import numpy as np
 from georibbon.arrays import IntArray
 from georibbon.calibration.model import Calibration
 from georibbon.errors import FitError
-from georibbon.fitting.candidates import find_candidates, stack
+from georibbon.fitting.candidates import find_candidates, stack, with_borrowed
 from georibbon.fitting.equations import loose_assumptions, observations
 from georibbon.fitting.grid import (
     Grid,
@@ -139,6 +139,7 @@ def fit_together(
 
     Raises `FitError` where the survey does not hold the passes together.
     """
+    candidates = with_borrowed(capture.problem, candidates)
     strips = stack(candidates)
     counts = [len(part.cost) for part in candidates]
     owner = np.repeat(np.arange(len(candidates), dtype=np.int64), counts)
@@ -215,8 +216,11 @@ def _adjust(
     problem = _joint_problem(capture, plan, strips, placing)
     chosen = strips.shape.take(placing.choice)
     start = Shape(about_z(-placing.heading) @ chosen.start, chosen.rates)
-    state = descend(problem, State(start, placing.origins, problem.expected))
-    if settings.neighbours:
+    firm = replace(problem, firm=True)
+    state = descend(firm, State(start, placing.origins, problem.expected))
+    if not settings.neighbours:
+        state = descend(problem, state)
+    else:
         passes = [k for k, one in enumerate(capture.recording.passes) if one.kind == "pass"]
         for _ in range(NEIGHBOUR_ROUNDS):
             relation = relate(place(problem, state), passes)

@@ -8,6 +8,7 @@ reveal.  All have their standard deviations as priors, so that the covariance of
 the curves counts the errors that are common to all passes, too.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,7 @@ from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitenin
 from georibbon.fitting.strip import (
     field_direction,
     linear_cost,
+    linear_weights,
     prior,
     robust_cost,
     robust_weights,
@@ -81,7 +83,9 @@ class JointProblem:
 
     smoothing: (p,).  survey: the observations.  anchors: (p, 3) metres, where
     the start points are expected, and anchor_sigma (p,) how surely: the gauge.
-    expected: the shared unknowns' expected values.
+    expected: the shared unknowns' expected values.  firm: measurements that are
+    missed grossly keep pulling (their cost is linear), so that a poor start
+    comes home; otherwise they lose their pull, as a slip of the pen must.
     """
 
     grid: Grid
@@ -94,6 +98,7 @@ class JointProblem:
     anchor_sigma: FloatArray
     expected: Shared
     sigmas: SharedSigmas
+    firm: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,9 +249,10 @@ def _linearise(problem: JointProblem, state: State, white: FloatArray, layout: _
     gradient = [np.zeros(m + 3) for _ in range(p)] + [np.zeros(layout.size)]
     _add_sensors(matrix, gradient, residuals, rows, shared, robust_weights(squares), layout)
     _add_priors(matrix, gradient, problem, state, layout)
-    for part in survey:
-        _add_rows(matrix, gradient, part)
-    cost = float(robust_cost(squares).sum()) + _survey_cost(survey)
+    for observation, part in zip(problem.survey, survey, strict=True):
+        firm = problem.firm and isinstance(observation, Measurement)
+        _add_rows(matrix, gradient, part, linear_weights if firm else robust_weights)
+    cost = float(robust_cost(squares).sum()) + _survey_cost(problem, survey)
     cost += _prior_cost(problem, state, layout)
     return _Linear(matrix, gradient, cost, residuals, squares, placed, survey)
 
@@ -339,13 +345,27 @@ def _prior_cost(problem: JointProblem, state: State, layout: _Layout) -> float:
     return float(problem.smoothing @ rough + away.sum() + shared)
 
 
-def _survey_cost(rows: list[Rows]) -> float:
-    return float(sum(robust_cost(part.squares).sum() for part in rows))
+def _survey_cost(problem: JointProblem, rows: list[Rows]) -> float:
+    return float(
+        sum(
+            (
+                linear_cost(part.squares)
+                if problem.firm and isinstance(observation, Measurement)
+                else robust_cost(part.squares)
+            ).sum()
+            for observation, part in zip(problem.survey, rows, strict=True)
+        )
+    )
 
 
-def _add_rows(matrix: BlockMatrix, gradient: list[FloatArray], rows: Rows) -> None:
+def _add_rows(
+    matrix: BlockMatrix,
+    gradient: list[FloatArray],
+    rows: Rows,
+    weigh: Callable[[FloatArray], FloatArray],
+) -> None:
     """Adds the survey's equations, all observations of a pair of passes at once."""
-    root = np.sqrt(robust_weights(rows.squares))[:, None]
+    root = np.sqrt(weigh(rows.squares))[:, None]
     residuals, first = rows.residuals * root, rows.first * root[..., None]
     second = rows.second * root[..., None]
     pairs, group = np.unique(np.stack([rows.i, rows.j], axis=1), axis=0, return_inverse=True)
@@ -380,7 +400,7 @@ def _cost(problem: JointProblem, state: State, white: FloatArray, layout: _Layou
     placed = Placed(problem.grid, points, frames, empty, empty)
     rows = [observation.rows(placed) for observation in problem.survey]
     squares = np.sum(_sensor_residuals(problem, state, frames, white) ** 2, axis=-1)
-    cost = float(robust_cost(squares).sum()) + _survey_cost(rows)
+    cost = float(robust_cost(squares).sum()) + _survey_cost(problem, rows)
     return cost + _prior_cost(problem, state, layout)
 
 
@@ -416,13 +436,8 @@ def cost_of(problem: JointProblem, state: State) -> float:
     sought it must lose its pull, but the minimum that misses it is the less likely.
     """
     white = whiten_all(problem, state)
-    cost = _cost(problem, state, white, _Layout(problem.array)) + _log_determinant(white)
-    placed = place(problem, state)
-    for part in problem.survey:
-        if isinstance(part, Measurement):
-            squares = part.rows(placed).squares
-            cost += float((linear_cost(squares) - robust_cost(squares)).sum())
-    return cost
+    cost = _cost(replace(problem, firm=True), state, white, _Layout(problem.array))
+    return cost + _log_determinant(white)
 
 
 def _log_determinant(white: FloatArray) -> float:

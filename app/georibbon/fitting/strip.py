@@ -125,6 +125,11 @@ def linear_cost(squares: FloatArray) -> FloatArray:
     return np.where(root <= ROBUST_LIMIT, squares, ROBUST_LIMIT * (2 * root - ROBUST_LIMIT))
 
 
+def linear_weights(squares: FloatArray) -> FloatArray:
+    """The linear cost's derivative by the square: 1 up to the limit, limit / root beyond it."""
+    return ROBUST_LIMIT / np.sqrt(np.maximum(squares, ROBUST_LIMIT**2))
+
+
 def robust_weights(squares: FloatArray) -> FloatArray:
     """rho's derivative by the square: 1 up to the limit, limit² / square beyond it."""
     limit = ROBUST_LIMIT**2
