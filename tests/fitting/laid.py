@@ -5,7 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from georibbon.calibration.model import Calibration, SensorModel
-from georibbon.fitting.grid import Grid, Shape, integrate_frames, integrate_positions, make_grid
+from georibbon.fitting.grid import (
+    Grid,
+    Shape,
+    differentiate_frames,
+    differentiate_positions,
+    integrate_frames,
+    integrate_positions,
+    make_grid,
+)
 from georibbon.fitting.rotations import exp
 from georibbon.fitting.sensing import Noise, SensorArray, observe
 from georibbon.fitting.strip import StripProblem, field_direction, sensed_vectors
@@ -158,3 +166,28 @@ def degrees_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(...) degrees between rotations (..., 3, 3), by the Frobenius norm of their difference."""
     chord = np.sqrt(np.sum((one - other) ** 2, axis=(-2, -1)))
     return np.degrees(2 * np.arcsin(np.clip(chord / np.sqrt(8.0), 0.0, 1.0)))
+
+
+def with_derivatives(grid: Grid, shape: Shape, origin: np.ndarray) -> Placed:
+    """The passes with their start points (b, 3) and all derivatives."""
+    turns = differentiate_frames(grid, shape)
+    points, moves = differentiate_positions(grid, shape, turns)
+    return Placed(grid, points + origin[:, None], turns.frames, moves, turns.delta)
+
+
+def plane(grid: Grid, offsets: tuple[float, ...]) -> tuple[Shape, np.ndarray]:
+    """Straight passes along x on the level plane at these y, and their start points."""
+    count = len(offsets)
+    shape = Shape(np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 2, grid.coefficients)))
+    return shape, np.array([[0.0, y, 0.0] for y in offsets])
+
+
+def sphere(grid: Grid, radius: float, offsets: tuple[float, ...]) -> tuple[Shape, np.ndarray]:
+    """Great circles over the top of a sphere, `offsets` metres apart in their middles."""
+    half = 0.5 * grid.nodes[-1] / radius
+    back = exp(np.array([0.0, -half, 0.0]))
+    tilts = exp(np.array([[-offset / radius, 0.0, 0.0] for offset in offsets]))
+    start = tilts @ back
+    rates = np.zeros((len(offsets), 2, grid.coefficients))
+    rates[:, 1] = 1 / radius
+    return Shape(start, rates), radius * start[:, :, 2]
