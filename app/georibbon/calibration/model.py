@@ -4,7 +4,7 @@ A sensor's reading in counts is ``gain @ u + bias + noise`` with u the unit
 "up" vector (accelerometer, g) or the field in units of the local field
 (magnetometer), both in the ribbon's frame at the sensor.  The gain of a 2-axis
 magnetometer is 2 by 3 and has no inverse, so calibration is never undone: the
-fit predicts counts (CALIBRATION, MATH 2).
+fit predicts counts.
 """
 
 import math
