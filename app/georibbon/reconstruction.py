@@ -30,6 +30,7 @@ from georibbon.geometry.surface import Surface, SurfaceSettings, build_surface
 from georibbon.notices import Notice
 from georibbon.recording import PassKind, Recording
 from georibbon.ribbon import Ribbon
+from georibbon.threads import one_thread
 
 T = TypeVar("T")
 
@@ -187,8 +188,18 @@ def reconstruct(
     Raises `CalibrationError`, `FitError` or `SurfaceError` where the input does
     not determine the result, and `SettingsError` for a pass that is not there.
     """
-    settings = settings or ReconstructionSettings()
-    stages = stages or Stages()
+    with one_thread():
+        return _reconstruct(
+            recording, settings or ReconstructionSettings(), calibration, stages or Stages()
+        )
+
+
+def _reconstruct(
+    recording: Recording,
+    settings: ReconstructionSettings,
+    calibration: Calibration | None,
+    stages: Stages,
+) -> Reconstruction:
     _check_names(recording, settings)
     calibration = _calibration(recording, calibration, stages)
     capture = _capture(recording, calibration, stages)
