@@ -32,8 +32,8 @@ demo: $(RUN)
 
 test: $(TEST)
 	@echo "== Style (ruff)"
-	@$(BIN)/ruff check .
-	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check --no-cache .
+	@$(BIN)/ruff format --check --no-cache .
 	@echo "== Types (mypy, strict)"
 	@$(BIN)/mypy
 	@echo "== Which module may import which (import-linter)"

@@ -18,9 +18,8 @@ def calibrated(small_capture, tmp_path_factory):
 
 
 def test_the_file_holds_what_was_found(calibrated, small_capture):
-    from georibbon.session.calibration_file import read_calibration
-
     from georibbon.calibration import calibrate
+    from georibbon.session.calibration_file import read_calibration
 
     recording = read_recording(small_capture)
     found, meant = read_calibration(calibrated), calibrate(recording.ribbon, recording.poses)
