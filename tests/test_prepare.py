@@ -68,3 +68,17 @@ def test_an_old_python_is_named(machine, tmp_path):
     assert run.returncode != 0
     assert "Python 3.9.2, and 3.11 or newer is needed" in run.stderr
     assert "make PYTHON=" in run.stderr
+
+
+def test_make_helps_with_every_target():
+    words = ["make", "--no-print-directory", "--directory", str(ROOT)]
+    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    targets = {line.split()[1] for line in told.splitlines()}
+    assert targets == {"demo", "test", "benchmarks", "lock", "clean"}
+
+
+def test_pictures_can_be_drawn_here():
+    """Where the tests run, nothing that pictures need is missing."""
+    script = [sys.executable, "packaging/missing_libraries.py"]
+    run = subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout == ""
