@@ -34,6 +34,8 @@ from georibbon.fitting.strip import (
     evaluate,
     field_direction,
     fit_strips,
+    linear_cost,
+    linear_weights,
     linearise,
     normal_equations,
     predict,
@@ -141,12 +143,22 @@ def test_the_prior_is_the_roughness_of_both_rates_and_of_nothing_else():
 # --- robust weights ---
 
 
-@given(st.floats(0.0, 1e6))
-def test_the_weight_is_the_derivative_of_the_robust_cost(square):
+@pytest.mark.parametrize(
+    ("cost", "weights"), [(robust_cost, robust_weights), (linear_cost, linear_weights)]
+)
+@given(square=st.floats(0.0, 1e6))
+def test_the_weight_is_the_derivative_of_the_cost(cost, weights, square):
     step = 1e-6 * max(square, 1.0)
-    ahead, behind = robust_cost(np.array([square + step, max(square - step, 0.0)]))
+    ahead, behind = cost(np.array([square + step, max(square - step, 0.0)]))
     slope = (ahead - behind) / (square + step - max(square - step, 0.0))
-    assert robust_weights(np.array(square)) == pytest.approx(slope, abs=1e-5)
+    assert weights(np.array(square)) == pytest.approx(slope, abs=1e-5)
+
+
+def test_linearly_counted_a_miss_keeps_its_pull_but_does_not_gain():
+    size = np.linspace(ROBUST_LIMIT, 100.0, 50)
+    np.testing.assert_allclose(linear_weights(size**2) * size, ROBUST_LIMIT)
+    assert (linear_cost(size**2) <= size**2).all()
+    assert (linear_cost(size**2) >= robust_cost(size**2) - 1e-9).all()
 
 
 def test_up_to_the_limit_a_sensor_counts_fully_and_beyond_its_pull_falls():
