@@ -18,7 +18,8 @@ from georibbon.fitting.rotations import exp
 from georibbon.fitting.sensing import Noise, SensorArray, observe
 from georibbon.fitting.strip import StripProblem, field_direction, sensed_vectors
 from georibbon.fitting.survey import Placed
-from georibbon.ribbon import Ribbon
+from georibbon.recording import Mark, Pass, Recording
+from georibbon.ribbon import Readings, Ribbon
 from georibbon.simulation.settings import RibbonSettings
 from georibbon.simulation.virtual import true_models, virtual_ribbon
 
@@ -191,3 +192,54 @@ def sphere(grid: Grid, radius: float, offsets: tuple[float, ...]) -> tuple[Shape
     rates = np.zeros((len(offsets), 2, grid.coefficients))
     rates[:, 1] = 1 / radius
     return Shape(start, rates), radius * start[:, :, 2]
+
+
+def recording(
+    of: Ribbon,
+    shape: Shape,
+    *,
+    names: tuple[str, ...] | None = None,
+    seed: int | None = None,
+    heading: float = 0.0,
+    frames: int = 12,
+    models: tuple[SensorModel, ...] | None = None,
+    **survey: object,
+) -> Recording:
+    """Passes (ties where the name begins with T) as they would be recorded, with their survey.
+
+    heading: radians, of the workpiece; the strips are in the workpiece's axes.
+    """
+    grid = make_grid(of)
+    names = names or tuple(f"P{k + 1}" for k in range(len(shape.start)))
+    models = models or calibration(of).sensors
+    rng = np.random.default_rng(seed)
+    there = frames_at_sensors(grid, shape)
+    if seed is not None:
+        there = there @ exp(Noise().contact * rng.standard_normal((*there.shape[:2], 3)))
+    said = counts(of, models, there, field_direction(DIP, heading))
+    t = np.arange(frames) / of.rate
+    passes = tuple(
+        Pass(
+            name,
+            "tie" if name.startswith("T") else "pass",
+            Readings(t, one + 6.0 * rng.standard_normal((frames, len(one)))),
+        )
+        for name, one in zip(names, said, strict=True)
+    )
+    return Recording(of, (), passes, **survey)
+
+
+def points_of(grid: Grid, shape: Shape, origin: np.ndarray) -> np.ndarray:
+    """(b, n + 1, 3) the points at the nodes."""
+    return placed(grid, shape, origin).points
+
+
+def marked(
+    grid: Grid, points: np.ndarray, ends: tuple[int, ...] = (0, -1), sigma: float = 5e-4
+) -> tuple[Mark, ...]:
+    """Exact marks of every pass P1, P2, … at some nodes."""
+    return tuple(
+        Mark(f"P{k + 1}", float(grid.nodes[end]), tuple(float(x) for x in one[end]), sigma)
+        for k, one in enumerate(points)
+        for end in ends
+    )
