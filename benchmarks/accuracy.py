@@ -121,6 +121,16 @@ def rows_of(kind: Kind, results: Sequence[Result]) -> list[list[str]]:
     return rows
 
 
+def by_sensors(captures: Sequence[SimulationSettings], results: Sequence[Result]) -> str:
+    """The worst surface of the marked captures by the ribbon's number of sensors."""
+    worst: dict[int, float] = {}
+    for capture, result in zip(captures, results, strict=False):
+        sensors = capture.ribbon.sensors
+        worst[sensors] = max(worst.get(sensors, 0.0), float(result.figures[0, 2]))
+    told = ", ".join(f"{n} sensors {worst[n]:.2f} mm" for n in sorted(worst))
+    return f"Worst surface, starts and ends marked, by ribbon: {told}."
+
+
 def each_row(kind: Kind, settings: SimulationSettings, result: Result) -> list[str]:
     """One capture's row."""
     made = settings.ribbon
@@ -159,6 +169,7 @@ def main() -> None:
         f"{asked.seeds} seeds each, 16 to 64 sensors on 0.96 m, 2- and 3-axis magnetometers, "
         "calibration included); rms of each capture, the last two columns are means.",
         table(HEADER, rows),
+        by_sensors(captures, results),
     ]
     if asked.each:
         names = ("curves", "normals", "surface")

@@ -4,7 +4,7 @@ Over many seeds, the rms of (error / predicted sigma) of the curves' points,
 each component in the workpiece frame; 1 is honest, less is too careful, more
 too sure.  Starts and ends are marked, the calibration is included.
 
-    .venv/bin/python benchmarks/honesty.py [--seeds N] [--surfaces A B] [--alone]
+    .venv/bin/python benchmarks/honesty.py [--seeds N] [--surfaces A B] [--sensors N] [--alone]
 """
 
 import argparse
@@ -46,7 +46,7 @@ def measure(case: tuple[SimulationSettings, bool]) -> np.ndarray:
     chosen = ReconstructionSettings(neighbours=neighbours, surface=None)
     found = reconstruct(simulation.recording, chosen)
     every = [ratios(one, simulation.truth) for one in found.passes]
-    return np.mean(np.concatenate(every) ** 2, axis=0)
+    return np.asarray(np.mean(np.concatenate(every) ** 2, axis=0))
 
 
 def main() -> None:
@@ -54,6 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--seeds", type=int, default=50, help="seeds for each row")
     parser.add_argument("--surfaces", nargs="+", default=list(SURFACES))
+    parser.add_argument("--sensors", type=int, default=32)
     parser.add_argument("--alone", action="store_true", help="without neighbours as well")
     asked = parser.parse_args()
     kinds = [
@@ -63,7 +64,12 @@ def main() -> None:
         for neighbours in ((True, False) if asked.alone else (True,))
     ]
     cases = [
-        (marked(surface, 1000 + seed, RibbonSettings(magnetometer_axes=axes)), neighbours)
+        (
+            marked(
+                surface, 1000 + seed, RibbonSettings(sensors=asked.sensors, magnetometer_axes=axes)
+            ),
+            neighbours,
+        )
         for surface, axes, neighbours in kinds
         for seed in range(asked.seeds)
     ]
@@ -75,8 +81,8 @@ def main() -> None:
         cells = [surface, str(axes), "yes" if neighbours else "no"]
         rows.append([*cells, *(f"{value:.2f}" for value in figures), met(fine)])
     head = (
-        f"Rms of (error / predicted sigma) over {asked.seeds} seeds; asked of x, y and z: "
-        f"{LEAST:g} to {MOST:g}"
+        f"Rms of (error / predicted sigma) over {asked.seeds} seeds, {asked.sensors} sensors; "
+        f"asked of x, y and z: {LEAST:g} to {MOST:g}"
     )
     publish("honesty", [head, table(HEADER, rows)])
 

@@ -16,10 +16,12 @@ import pstats
 import resource
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from support.captures import many
 from support.tables import met, publish, table
+
+if TYPE_CHECKING:  # nothing that loads numpy before the number of threads is set
+    from georibbon.recording import Recording
 
 T = TypeVar("T")
 
@@ -29,8 +31,10 @@ NAMES = {"screened": "means", "capture": "readings", "ribbon": "together"}
 STEEPEST = 1.5  # of the whole from 20 passes on: clearly not quadratic
 
 
-def stage_times(passes: int, surface: str) -> tuple[dict[str, float], object]:
-    """Processor seconds of each stage of one reconstruction, and what does it again."""
+def stage_times(passes: int, surface: str) -> tuple[dict[str, float], "Recording"]:
+    """Processor seconds of each stage of one reconstruction, and its recording."""
+    from support.captures import many
+
     from georibbon.reconstruction import Stages, reconstruct
     from georibbon.simulation import simulate
 
@@ -88,7 +92,7 @@ def slopes(passes: list[int], found: list[dict[str, float]]) -> dict[str, float]
     }
 
 
-def profile(recording: object) -> str:
+def profile(recording: "Recording") -> str:
     """The functions that take longest."""
     from georibbon.reconstruction import reconstruct
 
@@ -109,7 +113,7 @@ def main() -> None:
     # Before numpy is loaded: one thread, whose processor time is the work done.
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
     stage_times(3, asked.surface)  # loads and warms everything
-    found, rows, recording = [], [], None
+    found, rows = [], []
     for count in asked.passes:
         seconds, recording = stage_times(count, asked.surface)
         found.append(seconds)
