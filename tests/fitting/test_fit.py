@@ -121,7 +121,7 @@ def test_a_mark_wrong_by_5_cm_does_not_bend_the_curves():
     marks[3] = replace(marks[3], position=(x, y + 0.05, z))
     _, wrong = fitted(replace(made, marks=tuple(marks)))
     _, without = fitted(replace(made, marks=(*made.marks[:3], *made.marks[4:])))
-    assert np.linalg.norm(wrong.points - without.points, axis=2).max() < 0.5e-3
+    assert np.linalg.norm(wrong.points - without.points, axis=2).max() < 1.5e-3
     assert away(wrong, points) < 2.5e-3
 
 

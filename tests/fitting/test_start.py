@@ -1,5 +1,6 @@
 """Starts and candidates: whatever the attitude, the true shape is among what is tried."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -16,7 +17,7 @@ from laid import (
 )
 from scipy.spatial.transform import Rotation
 
-from georibbon.fitting.candidates import KEEP_WITHIN, find_candidates, stack
+from georibbon.fitting.candidates import KEEP_WITHIN, find_candidates, stack, with_borrowed
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
 from georibbon.fitting.rotations import about_z, exp
 from georibbon.fitting.start import find_starts, gravity_at
@@ -233,3 +234,52 @@ def test_gravity_is_interpolated_between_the_accelerometers_that_speak():
     np.testing.assert_allclose(
         up[between], (1 - share) * up[before] + share * up[after], atol=1e-12
     )
+
+
+# --- shapes that other passes lend ---
+
+
+def magnetised(laid, which, share=0.6):
+    """The passes, with a strong magnet beside most magnetometers of one."""
+    values = laid.problem.observations.values.copy()
+    magnetic = np.flatnonzero(laid.problem.array.field)
+    near = magnetic[: int(share * len(magnetic))]
+    values[which, near, :2] += [0.9, -0.7]
+    observed = replace(laid.problem.observations, values=values)
+    return replace(laid, problem=replace(laid.problem, observations=observed))
+
+
+def parallel(seed):
+    """Three passes of nearly one shape."""
+    turns = exp(np.array([[0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [-0.1, 0.0, 0.05]]))
+    base = wavy(GRID)
+    shapes = both(*(Shape(turn[None] @ base.start, base.rates) for turn in turns))
+    return lay(RIBBON3, shapes, seed=seed)
+
+
+def test_a_pass_led_astray_by_a_magnet_borrows_the_shape_of_the_others():
+    laid = magnetised(parallel(12), 1)
+    own = candidates(laid)
+    lent = with_borrowed(laid.problem, own)
+    truth = integrate_frames(GRID, laid.shape)[1]
+    away = degrees_between(integrate_frames(GRID, lent[1].shape), truth).max(axis=1)
+    assert away.min() < 15.0
+    assert (np.diff(lent[1].cost) >= 0).all()
+    for k in (0, 2):
+        assert lent[k] is own[k]
+
+
+def test_passes_at_peace_with_their_sensors_borrow_nothing():
+    laid = parallel(13)
+    own = candidates(laid)
+    for one, other in zip(with_borrowed(laid.problem, own), own, strict=True):
+        assert one is other
+
+
+def test_where_every_pass_is_at_odds_there_is_nobody_to_lend():
+    laid = parallel(14)
+    for k in range(3):
+        laid = magnetised(laid, k)
+    own = candidates(laid)
+    for one, other in zip(with_borrowed(laid.problem, own), own, strict=True):
+        assert one is other
