@@ -210,7 +210,7 @@ def test_the_line_of_marks_leads_from_pass_to_pass_without_ties():
             "P1 T1 P2 P3",
             marks=(
                 mark("P3", 0.0, (0.0, 0.5, 0.0)),
-                mark("T1", 0.0, (9.0, 9.0, 9.0)),
+                mark("T1", 0.0, (0.1, 0.1, 0.1)),
                 mark("P1", 0.02, (0.0, 0.0, 0.0)),
                 mark("P2", 0.0, (0.3, 0.0, 0.4)),
             ),
@@ -220,6 +220,22 @@ def test_the_line_of_marks_leads_from_pass_to_pass_without_ties():
     assert (first.i, first.j, first.at) == (0, 2, (0.02, 0.0))
     assert first.distance == pytest.approx(0.5)
     assert (second.i, second.j) == (2, 3)
+
+
+def test_the_line_leads_through_the_marks_at_the_most_alike_places():
+    survey = read_survey(
+        recorded(
+            "P1 P2 P3",
+            marks=(
+                mark("P1", LENGTH, (0.2, 0.0, 0.0)),
+                mark("P1", 0.03),
+                mark("P2", 0.01, (0.0, 0.1, 0.0)),
+                mark("P3", LENGTH, (0.2, 0.2, 0.0)),
+            ),
+        )
+    )
+    # Nothing of P3 was marked that could lie across from P2's mark.
+    assert square_pairs(survey) == (Pair(0, 1, (0.03, 0.01), 0.1),)
 
 
 def test_links_for_the_first_placing():
@@ -284,6 +300,42 @@ def test_a_single_mark_takes_the_axes_as_magnetic_and_says_so():
     assert "magnetic east and north" in plan.notices[0].message
     assert (plan.heading, plan.heading_sigma) == (0.0, FIXED)
     assert plan.sides == (1.0,)
+
+
+def test_a_heading_told_poorly_by_marks_contradicts_nobody():
+    """Two marks 5 cm apart on one pass: 8 degrees at best."""
+    marks = (mark("P1"), mark("P1", 0.05, (0.05 * np.cos(0.7), 0.05 * np.sin(0.7), 0.0)))
+    plan = make_plan(recorded("P1", marks=marks), flat_curves(1, 0.0))
+    assert [notice.code for notice in plan.notices] == ["heading-assumed"]
+    assert plan.heading == 0.0
+
+
+@pytest.mark.parametrize(("given", "right"), [(40.0, True), (43.0, True), (50.0, False)])
+def test_marks_are_believed_where_a_told_heading_contradicts_them(given, right):
+    """The marks say 40 degrees; rooms bend the field by 2 to 4."""
+    marked = recorded(marks=starts(3, ends=True), workpiece=Workpiece(True, given))
+    plan = make_plan(marked, flat_curves(3, np.radians(40.0)))
+    if right:
+        assert plan.notices == ()
+        assert plan.heading == pytest.approx(np.radians(given))
+        return
+    assert [notice.code for notice in plan.notices] == ["heading-disagrees"]
+    assert "is 50.0 degrees" in plan.notices[0].message
+    assert "say 40.0" in plan.notices[0].message
+    assert (plan.heading, plan.heading_sigma) == (None, FREE)
+
+
+@pytest.mark.parametrize("given", [-179.0, 181.0])
+def test_headings_are_compared_round_the_circle(given):
+    marked = recorded(marks=starts(3, ends=True), workpiece=Workpiece(True, given))
+    assert make_plan(marked, flat_curves(3, np.radians(180.0))).notices == ()
+
+
+def test_starts_alone_cannot_contradict_a_told_heading():
+    marked = recorded(marks=starts(3), workpiece=Workpiece(True, -100.0))
+    plan = make_plan(marked, flat_curves(3, 0.7))
+    assert plan.notices == ()
+    assert plan.heading == pytest.approx(np.radians(-100.0))
 
 
 def test_a_heading_that_was_told_is_taken():

@@ -7,7 +7,7 @@ import pytest
 from laid import FLAT, calibration, recording, ribbon, wavy
 
 from georibbon.fitting.grid import make_grid
-from georibbon.fitting.screening import ALIKE_FRAMES, FULL_SCALE, screen
+from georibbon.fitting.screening import ALIKE_FRAMES, FULL_SCALE, STILL_FRAMES, screen
 from georibbon.recording import Pass
 from georibbon.ribbon import Readings
 
@@ -83,11 +83,16 @@ def test_values_that_are_lost_now_and_then_do_no_harm():
     assert screen(RIBBON, them, CALIBRATION).notices == ()
 
 
+def railed(frames, sign=1):
+    """Screened passes of which one axis of the third is at the end of its range now and then."""
+    them = passes()
+    them[2] = changed(them[2], lambda counts: counts.__setitem__((frames, 4), sign * FULL_SCALE))
+    return them[2], screen(RIBBON, them, CALIBRATION)
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_saturated_sensor_is_left_out_and_named(sign):
-    them = passes()
-    them[2] = changed(them[2], lambda counts: counts.__setitem__((7, 4), sign * FULL_SCALE))
-    found = screen(RIBBON, them, CALIBRATION)
+    _, found = railed(slice(0, 10), sign)
     (notice,) = found.notices
     sensor = next(i for i, part in enumerate(RIBBON.slices) if part.start <= 4 < part.stop)
     assert (notice.code, notice.pass_name) == ("sensor-saturated", "P3")
@@ -95,9 +100,22 @@ def test_a_saturated_sensor_is_left_out_and_named(sign):
     assert np.isnan(found.mean[2, RIBBON.slices[sensor]]).all()
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_single_values_at_the_end_of_the_range_are_left_out_and_told(sign):
+    """A bit that flipped on the way is no reason to lose the sensor."""
+    one, found = railed([7, 9], sign)
+    (notice,) = found.notices
+    assert (notice.code, notice.pass_name) == ("values-saturated", "P3")
+    assert "2 values" in notice.message
+    rest = np.delete(one.readings.counts[:, 4], [7, 9])
+    assert found.mean[2, 4] == pytest.approx(rest.mean())
+    assert found.moved == (False,) * 4
+
+
 def test_a_few_equal_frames_prove_nothing():
     columns = RIBBON.slices[0]
-    assert spoil(0, columns, 100.0, frames=ALIKE_FRAMES - 1).notices == ()
+    few = spoil(0, columns, 100.0, frames=ALIKE_FRAMES - 1).notices
+    assert "sensor-dead" not in {one.code for one in few}
     assert [one.code for one in spoil(0, columns, 100.0, frames=ALIKE_FRAMES).notices] == [
         "sensor-dead"
     ]
@@ -170,11 +188,15 @@ def test_a_pass_without_a_value_has_all_sensors_dead_and_did_not_move():
     assert len(found.notices) == len(NAMES)
 
 
-def test_a_pass_of_a_single_frame_can_be_screened():
-    them = passes(frames=1)
-    found = screen(RIBBON, them, CALIBRATION)
+@pytest.mark.parametrize("frames", [1, 2, STILL_FRAMES - 1])
+def test_a_pass_too_short_to_show_that_it_lay_still_is_told(frames):
+    found = screen(RIBBON, passes(frames=frames), CALIBRATION)
     assert found.moved == (False,) * 4
     assert np.isfinite(found.mean).all()
+    assert [(one.code, one.pass_name) for one in found.notices] == [
+        ("pass-short", f"P{k}") for k in (1, 2, 3, 4)
+    ]
+    assert screen(RIBBON, passes(frames=STILL_FRAMES), CALIBRATION).notices == ()
 
 
 def test_constant_counts_everywhere_are_dead_and_not_moved():
