@@ -1,5 +1,6 @@
 """From a recording to a surface: the one pure function, its settings and its result."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeVar, cast
@@ -9,9 +10,9 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.calibration import calibrate, check_fits
 from georibbon.calibration.model import Calibration
-from georibbon.errors import CalibrationError, SettingsError
+from georibbon.errors import CalibrationError, FitError, SettingsError
 from georibbon.fitting.assessment import Assessment, Verdict, assess
-from georibbon.fitting.equations import observations, read_survey
+from georibbon.fitting.equations import observations, read_survey, without_loose_ties
 from georibbon.fitting.fit import (
     Capture,
     FitSettings,
@@ -38,6 +39,7 @@ Method = Literal["ribbon", "paper"]
 SurveyKind = Literal["mark", "distance", "crossing"]
 METHODS: tuple[Method, ...] = ("ribbon", "paper")
 SURVEY_OUTLIER = 5.0  # standard deviations
+CONTRADICTION = 0.02  # m: a slip beyond what passes drift by
 LONGEST_SMOOTHING = 10.0  # m: a longer one means nothing on any ribbon
 
 
@@ -202,9 +204,14 @@ def _reconstruct(
 ) -> Reconstruction:
     _check_names(recording, settings)
     calibration = _calibration(recording, calibration, stages)
+    recording, left_out = stages.get("held", (recording,), lambda: without_loose_ties(recording))
     capture = _capture(recording, calibration, stages)
     fit = _fit(capture, settings, stages)
-    assessments, notices = assess(capture, fit)
+    survey = _survey_residuals(recording, capture, fit)
+    outliers = _outliers(survey, settings.method)
+    _require_agreement(survey, outliers)
+    missed = Counter(name for one in outliers for name in set(one.passes))
+    assessments, notices = assess(capture, fit, missed)
     passes = tuple(
         _fitted_pass(capture, fit, p, assessment) for p, assessment in enumerate(assessments)
     )
@@ -212,7 +219,6 @@ def _reconstruct(
     surface = None
     if wanted is not None:
         surface = stages.get("surface", (fit, wanted), lambda: _surface(passes, wanted))
-    survey = _survey_residuals(recording, capture, fit)
     screened = _screened(recording, calibration, stages)
     return Reconstruction(
         ribbon=recording.ribbon,
@@ -223,10 +229,11 @@ def _reconstruct(
         surface=surface,
         notices=(
             *calibration.notices,
+            *left_out,
             *screened.notices,
             *fit.notices,
             *notices,
-            *_survey_notices(survey, settings.method),
+            *map(_survey_notice, outliers),
         ),
     )
 
@@ -354,17 +361,33 @@ def _observed(
     ]
 
 
-def _survey_notices(survey: tuple[SurveyResidual, ...], method: Method) -> list[Notice]:
+def _outliers(survey: tuple[SurveyResidual, ...], method: Method) -> list[SurveyResidual]:
+    """The observations that the curves miss by far more than they should."""
     # Curves that are only placed, not bent, by the survey miss it by their own drift.
     drift = DRIFT_SIGMA if method == "paper" else 0.0
-    return [
-        Notice(
-            "survey-outlier",
-            f"the {one.kind} of {' and '.join(one.passes)} at "
-            f"{' and '.join(f'{at:.3f} m' for at in one.at)} is {1e3 * one.residual:.1f} mm off "
-            f"({one.ratio:.0f} standard deviations); it counts for less: measure it again",
-            one.passes[0],
+    return [one for one in survey if one.residual > SURVEY_OUTLIER * np.hypot(one.sigma, drift)]
+
+
+def _require_agreement(survey: tuple[SurveyResidual, ...], outliers: list[SurveyResidual]) -> None:
+    """A survey of which most contradicts the readings grossly places nothing."""
+    if len(outliers) <= max(len(survey) / 2, 2):
+        return
+    usual = float(np.median([one.residual for one in outliers]))
+    if usual > CONTRADICTION:
+        raise FitError(
+            f"the survey contradicts the readings: {len(outliers)} of {len(survey)} measurements "
+            f"are missed, half of them by more than {1e3 * usual:.0f} mm; look at the units "
+            "(metres), the axes (z up, right-handed, the workpiece level), the order of the "
+            "places along each pass and the passes' names"
         )
-        for one in survey
-        if one.residual > SURVEY_OUTLIER * np.hypot(one.sigma, drift)
-    ]
+
+
+def _survey_notice(one: SurveyResidual) -> Notice:
+    places = " and ".join(f"{at:.3f} m" for at in one.at)
+    return Notice(
+        "survey-outlier",
+        f"the {one.kind} of {' and '.join(one.passes)} at {places} is missed by "
+        f"{1e3 * one.residual:.1f} mm ({one.ratio:.0f} standard deviations); it counts for less: "
+        "measure it again",
+        one.passes[0],
+    )

@@ -101,7 +101,7 @@ DEFECTS = {
     ),
     "a distance to no pass": (
         'passes = ["P1", "P2"]', 'passes = ["P1", "X"]',
-        ["[[distance]] number 1", 'there is no pass "X"', "P1, P2, T1"],
+        ["[[distance]] number 1", 'there is no pass "X"', '"P1", "P2", "T1"'],
     ),
     "a crossing with no pass": ('["P2", "T1"]', '["P2", "T2"]', ["[[crossing]]", 'no pass "T2"']),
     "a crossing with itself": ('["P2", "T1"]', '["P2", "P2"]', ["with itself", "two passes"]),

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from georibbon.calibration.poses import Attitudes, BoolArray
+from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
 from georibbon.ribbon import FloatArray
 
 # A pose asked for is true to a few degrees; beyond these it was another one.
 WRONG = np.radians(30.0)
 FACE_WITHIN = np.radians(15.0)
+OPPOSITE = np.radians(120.0)
 HEADING_WRONG = np.radians(50.0)
 FACES = {
     0: "the upper face up",
@@ -39,6 +41,12 @@ def check_labels(asked: Attitudes, up: FloatArray) -> tuple[Attitudes, list[Noti
     wrong = off > WRONG
     if not wrong.any():
         return asked, []
+    if (off > OPPOSITE).all():
+        raise CalibrationError(
+            "in every pose the accelerometers say the opposite of what its label asks for: they "
+            "give gravity (-1 g on the axis that points up) where specific force (+1 g) is "
+            "expected; negate their counts and read the recording again"
+        )
     roll, pitch = roll_pitch(up)
     face = np.rint(roll / (0.5 * np.pi)) * 0.5 * np.pi
     flat = (np.abs(pitch) < FACE_WITHIN) & (np.abs(roll - face) < FACE_WITHIN)

@@ -15,6 +15,7 @@ from georibbon.ribbon import AXIS_LETTERS, FloatArray, Ribbon
 # An axis that moves less than this share of what the others (or the labels) say is dead.
 DEAD_SHARE = 0.15
 LEAST_RANGE = 0.3
+RAIL_FRAMES = 10  # fewer say nothing of an axis being stuck at its end
 # A cell is saturated when this share of its frames lie on the axis' very end.
 RAIL_SHARE = 0.3
 LEAST_CELLS = 8
@@ -112,7 +113,12 @@ def saturated_columns(poses: Sequence[Pose]) -> BoolArray:
     spread = np.array([_spread(c) for c in safe])
     # Most poses may be saturated: the noise is what the liveliest fifth shows.
     noise = np.quantile(spread, 0.8, axis=0)
-    railed = np.array([np.maximum((c == top).mean(0), (c == bottom).mean(0)) for c in safe])
+    railed = np.array(
+        [
+            np.maximum((c == top).mean(0), (c == bottom).mean(0)) * (len(c) >= RAIL_FRAMES)
+            for c in safe
+        ]
+    )
     return np.asarray((railed > RAIL_SHARE) & (noise > 1.0) & (spread < 0.7 * noise))
 
 

@@ -1,6 +1,6 @@
 """The verdict on each pass after the fit: which sensors disagree, and whether to lay it again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -24,8 +24,9 @@ ACCEPTABLE_RESIDUAL = 1.5  # rms of normalised residuals; about 0.8 where all is
 REDO_RESIDUAL = 2.5
 ACCEPTABLE_IGNORED = 0.0  # shares of a pass's sensors
 REDO_IGNORED = 0.25
-ACCEPTABLE_SIGMA = 2.0  # times the median of all passes
-REDO_SIGMA = 5.0
+ACCEPTABLE_SIGMA = 0.003  # m, the mean standard deviation of a pass's position
+REDO_SIGMA = 0.010
+SURVEY_MISSED = 5.0  # standard deviations
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,13 @@ class Assessment:
     reason: str
 
 
-def assess(capture: Capture, fit: PassesFit) -> tuple[tuple[Assessment, ...], tuple[Notice, ...]]:
-    """Every pass's assessment, and notices of all sensors that disagree."""
+def assess(
+    capture: Capture, fit: PassesFit, missed: Mapping[str, int]
+) -> tuple[tuple[Assessment, ...], tuple[Notice, ...]]:
+    """Every pass's assessment, and notices of all sensors that disagree.
+
+    missed: by the pass's name, how many observations of the survey miss it.
+    """
     ribbon = capture.recording.ribbon
     size = np.where(fit.present, np.linalg.norm(fit.residuals, axis=2), 0.0)
     sigma = np.sqrt(np.trace(fit.covariance, axis1=2, axis2=3)).mean(axis=1)
@@ -48,7 +54,9 @@ def assess(capture: Capture, fit: PassesFit) -> tuple[tuple[Assessment, ...], tu
     passes = []
     for p, one in enumerate(capture.recording.passes):
         notices += _pass_notices(ribbon, one.name, size[p], often)
-        passes.append(_assess_pass(capture, fit, p, size[p], float(sigma[p] / np.median(sigma))))
+        passes.append(
+            _assess_pass(capture, fit, p, size[p], float(sigma[p]), missed.get(one.name, 0))
+        )
     return tuple(passes), tuple(notices)
 
 
@@ -105,7 +113,7 @@ def _disturbed(ribbon: Ribbon, size: FloatArray) -> BoolArray:
 
 
 def _assess_pass(
-    capture: Capture, fit: PassesFit, p: int, size: FloatArray, relative_sigma: float
+    capture: Capture, fit: PassesFit, p: int, size: FloatArray, sigma: float, missed: int
 ) -> Assessment:
     """The verdict on one pass: the worst of what is found, each with its reason."""
     present = fit.present[p]
@@ -129,10 +137,11 @@ def _assess_pass(
             f"the readings are {rms:.1f} times as far off the curve as expected",
         ),
         (
-            relative_sigma > ACCEPTABLE_SIGMA,
-            relative_sigma > REDO_SIGMA,
-            f"it is {relative_sigma:.1f} times less sure than the other passes",
+            sigma > ACCEPTABLE_SIGMA,
+            sigma > REDO_SIGMA,
+            f"its position is known to {1e3 * sigma:.0f} mm only",
         ),
+        (missed > 0, missed > 1, f"it misses {missed} of the survey's measurements"),
     ]
     verdict, reason = _worst(findings)
     return Assessment(rms, ignored, verdict, reason)

@@ -35,12 +35,8 @@ class BlockMatrix:
         else:
             self.blocks[i, j] = block.copy()
 
-    def diagonal(self) -> list[FloatArray]:
-        """The diagonals of the diagonal blocks."""
-        return [np.diagonal(self.blocks[i, i]).copy() for i in range(len(self.sizes))]
-
     def damped(self, factor: float) -> "BlockMatrix":
-        """The matrix with its diagonal enlarged by the factor."""
+        """The matrix with its diagonal enlarged by the factor; its other blocks are shared."""
         out = BlockMatrix(self.sizes)
         out.blocks = dict(self.blocks)
         for i in range(len(self.sizes)):

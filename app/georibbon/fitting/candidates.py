@@ -32,9 +32,8 @@ def find_candidates(problem: StripProblem, lengths: FloatArray) -> list[Strips]:
     asked = lengths[starts.owner]
     first = np.where(np.isnan(asked), FIRST_LENGTH, asked)
     strips = fit_strips(many, starts.shape, weight_of_length(first, density))
-    if np.isnan(asked).any():
-        chosen = np.where(np.isnan(asked), best_lengths(many, strips), asked)
-        strips = fit_strips(many, strips.shape, weight_of_length(chosen, density))
+    chosen = np.where(np.isnan(asked), best_lengths(many, strips), asked)
+    strips = fit_strips(many, strips.shape, weight_of_length(chosen, density))
     frames = integrate_frames(problem.grid, strips.shape)
     return [
         strips.take(_distinct(np.flatnonzero(starts.owner == p), strips.cost, frames))

@@ -5,8 +5,8 @@ hold passes to each other; distances hold them loosely, so that a weak
 assumption settles what they leave open.  A pass that nothing holds is refused.
 """
 
-import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,12 +20,17 @@ from georibbon.fitting.survey import (
     MarkSet,
     Observation,
 )
+from georibbon.notices import Notice
 from georibbon.recording import Recording
 
 # Points between which a distance was measured lie across from each other, to this along the
-# passes, and to this square to the surface.
-ACROSS_SIGMA = 0.010
+# passes, and to this square to the surface.  Neighbours tell a slide of a pass along itself to a
+# few mm only; a technician who measures between starts has them in line better than that.
+ACROSS_SIGMA = 0.004
 LEVEL_SIGMA = 0.003
+ALIKE_PLACES = 0.05  # m
+SLACK = 0.02  # m, what a slip of the tape may be; the fit names it
+SPREAD = 10.0  # ribbon lengths: no neighbour lies farther away
 _ROUGHLY = 0.02  # how near a neighbour lies to its distance along the conormal, at first
 
 
@@ -59,6 +64,7 @@ def read_survey(recording: Recording) -> Survey:
     Raises `FitError` naming the passes that nothing holds.
     """
     number = {one.name: k for k, one in enumerate(recording.passes)}
+    _require_possible(recording)
     held = _Groups(len(number) + 1)
     workpiece = len(number)
     for mark in recording.marks:
@@ -73,8 +79,49 @@ def read_survey(recording: Recording) -> Survey:
     for pair in loose:
         held.join(pair.i, pair.j)
     survey = Survey(recording, number, bool(recording.marks), tuple(loose))
-    _require_held(survey, held, workpiece if survey.marked else 0)
+    _require_held(survey, held, workpiece if survey.marked else None)
     return survey
+
+
+def _require_possible(recording: Recording) -> None:
+    """No two points of a ribbon are farther apart than it is long between them."""
+    length = recording.ribbon.length
+    for one in recording.distances:
+        most = SPREAD * length if one.passes[0] != one.passes[1] else abs(one.at[1] - one.at[0])
+        if one.distance > most + 5 * one.sigma + SLACK:
+            raise FitError(
+                f"the distance between {one.passes[0]} and {one.passes[1]} is {one.distance:g} m, "
+                f"but the ribbon is {length:g} m long: give distances in metres"
+            )
+    for a, b in pairwise(sorted(recording.marks, key=lambda mark: (mark.pass_name, mark.at))):
+        apart = float(np.linalg.norm(np.subtract(a.position, b.position)))
+        same = a.pass_name == b.pass_name
+        most = abs(a.at - b.at) if same else SPREAD * length * len(recording.passes)
+        if apart > most + 5 * float(np.hypot(a.sigma, b.sigma)) + SLACK:
+            between = f"only {most:g} m of ribbon lie between them" if same else "that is too far"
+            raise FitError(
+                f"the marks of {a.pass_name} at {a.at:g} m and of {b.pass_name} at {b.at:g} m are "
+                f"{apart:g} m apart, but {between}: give positions in metres, and look at both"
+            )
+
+
+def without_loose_ties(recording: Recording) -> tuple[Recording, tuple[Notice, ...]]:
+    """The recording without tie passes that the survey nowhere names, and a notice for each."""
+    named = {mark.pass_name for mark in recording.marks}
+    named.update(name for one in recording.distances for name in one.passes)
+    named.update(name for one in recording.crossings for name in one.passes)
+    loose = [one for one in recording.passes if one.kind == "tie" and one.name not in named]
+    notices = [
+        Notice(
+            "tie-left-out",
+            f"tie {one.name} has no crossing with any pass and is left out; note where it crosses "
+            "([[crossing]])",
+            one.name,
+        )
+        for one in loose
+    ]
+    kept = tuple(one for one in recording.passes if one not in loose)
+    return (replace(recording, passes=kept) if loose else recording), tuple(notices)
 
 
 class _Groups:
@@ -95,22 +142,24 @@ class _Groups:
         self.parent[self.find(a)] = self.find(b)
 
 
-def _require_held(survey: Survey, held: _Groups, anchor: int) -> None:
+def _require_held(survey: Survey, held: _Groups, anchor: int | None) -> None:
+    """Every pass must be in the workpiece's group, or without marks in the largest."""
     names = list(survey.number)
-    lost = [name for k, name in enumerate(names) if held.find(k) != held.find(anchor)]
-    if not lost:
-        return
-    if len(lost) == len(names) - 1 and not survey.marked:
+    groups = [held.find(k) for k in range(len(names))]
+    if anchor is None and len(set(groups)) == len(names):
         raise FitError(
             "the survey holds no pass to another, so nothing says where they lie: add marks "
             "([[mark]]), distances between neighbours ([[distance]]) or tie passes with their "
             "crossings ([[crossing]])"
         )
-    to = "the marked passes" if survey.marked else f"pass {names[0]}"
-    raise FitError(
-        f"nothing in the survey holds {'pass' if len(lost) == 1 else 'passes'} "
-        f"{', '.join(lost)} to {to}: add a mark, a distance or a crossing for each"
-    )
+    main = held.find(anchor) if anchor is not None else max(groups, key=groups.count)
+    lost = [name for name, group in zip(names, groups, strict=True) if group != main]
+    if lost:
+        to = "the marked passes" if anchor is not None else f"pass {names[groups.index(main)]}"
+        raise FitError(
+            f"nothing in the survey holds {'pass' if len(lost) == 1 else 'passes'} "
+            f"{', '.join(lost)} to {to}: add a mark, a distance or a crossing for each"
+        )
 
 
 def observations(survey: Survey) -> list[Observation]:
@@ -162,15 +211,22 @@ def loose_assumptions(pairs: tuple[Pair, ...]) -> list[Observation]:
 
 
 def square_pairs(survey: Survey) -> tuple[Pair, ...]:
-    """Marks of consecutive passes at most alike places: the lines taken as square to the passes."""
-    first: dict[int, tuple[float, tuple[float, float, float]]] = {}
+    """The marks of consecutive marked passes nearest to each other along the ribbon.
+
+    The lines between them are taken as square to the passes; marks at places
+    more than 5 cm different are not.
+    """
+    marks: dict[int, list[tuple[float, tuple[float, float, float]]]] = {}
     for mark in survey.recording.marks:
-        first.setdefault(survey.number[mark.pass_name], (mark.at, mark.position))
-    marked = [k for k in sorted(first) if survey.recording.passes[k].kind == "pass"]
+        marks.setdefault(survey.number[mark.pass_name], []).append((mark.at, mark.position))
+    marked = [k for k in sorted(marks) if survey.recording.passes[k].kind == "pass"]
     out = []
-    for i, j in itertools.pairwise(marked):
-        apart = np.linalg.norm(np.subtract(first[j][1], first[i][1]))
-        out.append(Pair(i, j, (first[i][0], first[j][0]), float(apart)))
+    for i, j in pairwise(marked):
+        (s, x), (t, y) = min(
+            ((a, b) for a in marks[i] for b in marks[j]), key=lambda ab: abs(ab[0][0] - ab[1][0])
+        )
+        if abs(s - t) <= ALIKE_PLACES:
+            out.append(Pair(i, j, (s, t), float(np.linalg.norm(np.subtract(y, x)))))
     return tuple(out)
 
 

@@ -51,12 +51,15 @@ def relate(placed: Placed, passes: list[int]) -> ChordSet | None:
     i, j, at, offset = [], [], [], []
     for g, gap in enumerate(gaps):
         one, other = arrangement.order[g], arrangement.order[g + 1]
+        if arrangement.flipped[g] != arrangement.flipped[g + 1]:
+            continue  # one of the two was laid face down, and its normals are not the surface's
+        facing = -1.0 if arrangement.flipped[g] else 1.0
         i.append(np.full(len(gap.s), passes[one]))
         j.append(np.full(len(gap.s), passes[other]))
         s = nodes[-1] - gap.s if arrangement.turned[g] else gap.s
         t = nodes[-1] - gap.t if arrangement.turned[g + 1] else gap.t
         at.append(np.stack([s, t], axis=1))
-        offset.append(_offset(gaps, g))
+        offset.append(facing * _offset(gaps, g))
     if sum(len(part) for part in offset) == 0:
         return None
     expected = np.concatenate(offset)

@@ -11,6 +11,7 @@ from georibbon.notices import Notice
 from georibbon.recording import Recording
 
 HEADING_TOLD = float(np.radians(5.0))  # a heading less sure than this is not told by the survey
+HEADING_MISTAKE = float(np.radians(4.0))  # rooms bend the field by 2 to 4 degrees
 KNOWN_HEADING_SIGMA = float(np.radians(0.5))
 # Rigid placings are rough: those this near the best are worth a full adjustment, but no more of
 # them than this.
@@ -54,17 +55,35 @@ def make_plan(recording: Recording, curves: Curves) -> Plan:
     heading, sigma = _known_heading(recording, survey)
     assumed: tuple[Pair, ...] = ()
     notices: list[Notice] = []
-    if heading is None:
+    if survey.marked:
         told = best_placings(curves, equations.links(survey, (), 1.0), None, TRY_WITHIN)[0]
-        if told.heading_sigma > HEADING_TOLD:
+        if heading is None and told.heading_sigma > HEADING_TOLD:
             assumed = equations.square_pairs(survey)
             notices.append(_heading_notice(bool(assumed)))
             if not assumed:
                 heading, sigma = 0.0, FIXED
+        if heading is not None and _disagree(heading, told):
+            notices.append(_disagreement_notice(heading, told.heading))
+            heading, sigma = None, FREE
     if survey.loose:
         notices.append(_across_notice(recording, survey.loose))
     sides = (1.0, -1.0) if survey.loose or assumed else (1.0,)
     return Plan(survey, heading, sigma, assumed, sides, tuple(notices))
+
+
+def _disagree(heading: float, told: Placing) -> bool:
+    """Whether the marks tell another heading than the person, by more than either may err."""
+    away = abs((told.heading - heading + np.pi) % (2 * np.pi) - np.pi)
+    return bool(away > 4 * np.hypot(told.heading_sigma, HEADING_MISTAKE / 4))
+
+
+def _disagreement_notice(given: float, found: float) -> Notice:
+    return Notice(
+        "heading-disagrees",
+        f"the recording says that the workpiece's heading is {np.degrees(given):.1f} degrees, the "
+        f"marks and the field say {np.degrees(found):.1f}; the marks are believed: correct the "
+        "heading under [workpiece], or the marks",
+    )
 
 
 def _known_heading(recording: Recording, survey: Survey) -> tuple[float | None, float]:
@@ -97,6 +116,6 @@ def _across_notice(recording: Recording, pairs: tuple[Pair, ...]) -> Notice:
     return Notice(
         "across-assumed",
         f"only distances hold {which}: the points they were measured between are taken to lie "
-        "across from each other, the second pass to the left of the first where the readings "
-        "don't tell; marks or a tie pass would settle it",
+        f"across from each other (to {1e3 * equations.ACROSS_SIGMA:.0f} mm), the second pass to "
+        "the left of the first where the readings don't tell; marks or a tie pass would settle it",
     )

@@ -180,12 +180,19 @@ class AcrossSet:
     def rows(self, placed: Placed) -> Rows:
         """The chord along the mean tangent, (X_j(t) - X_i(s)) . (tau_i + tau_j)/|…| / sigma."""
         one, other = sample(placed, self.i, self.at[:, 0]), sample(placed, self.j, self.at[:, 1])
-        mean = one.frames[:, :, 0] + other.frames[:, :, 0]
-        mean = (mean / np.linalg.norm(mean, axis=1, keepdims=True))[:, None, :]
-        mean = mean / self.sigma[:, None, None]
+        both = one.frames[:, :, 0] + other.frames[:, :, 0]
+        length = np.linalg.norm(both, axis=1, keepdims=True)
+        mean = both / length
         chord = other.points - one.points
-        residuals = (mean @ chord[..., None])[..., 0]
-        return Rows(self.i, self.j, residuals, -mean @ one.moves, mean @ other.moves)
+        along = np.sum(chord * mean, axis=1, keepdims=True)
+        # The mean tangent turns with the passes: c . (turn x tau) = (tau x c) . turn
+        rest = (chord - along * mean) / length
+        lean_one = np.cross(one.frames[:, :, 0], rest)[:, None, :]
+        lean_other = np.cross(other.frames[:, :, 0], rest)[:, None, :]
+        ahead, scale = mean[:, None, :], (1 / self.sigma)[:, None, None]
+        first = (lean_one @ one.turns - ahead @ one.moves) * scale
+        second = (lean_other @ other.turns + ahead @ other.moves) * scale
+        return Rows(self.i, self.j, along * scale[..., 0], first, second)
 
 
 @dataclass(frozen=True, eq=False)

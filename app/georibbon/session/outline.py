@@ -7,7 +7,7 @@ from the rows of a session file, and refuses everything that cannot be meant.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from pathlib import PurePosixPath
 from typing import cast
 
 from georibbon.recording import (
@@ -26,6 +26,8 @@ from georibbon.session.fields import Source, Table, nearest, told
 MAX_FILES = 10_000
 MAX_SENSORS = 1_000
 MAX_SURVEY = 100_000
+MAX_TOLD = 20  # names in one message
+MOST_TABLE_PITCH = 10.0  # degrees: a pose asked for on the table, taken literally
 MIN_PASSES = 2
 
 _TOP = ("title", "ribbon", "workpiece", "pose", "pass", "mark", "distance", "crossing")
@@ -120,13 +122,12 @@ def read_outline(data: Mapping[str, object], source: Source) -> Outline:
     workpiece = _workpiece(top)
     poses = tuple(_pose(t) for t in _tables(top, "pose", _POSE, MAX_FILES))
     passes = _passes(top)
+    _check_files(top, poses, passes)
     survey = _Survey(ribbon, dict.fromkeys(entry.name for entry in passes))
     marks = tuple(survey.mark(t) for t in _tables(top, "mark", _MARK, MAX_SURVEY))
     distances = tuple(survey.distance(t) for t in _tables(top, "distance", _DISTANCE, MAX_SURVEY))
     crossings = tuple(survey.crossing(t) for t in _tables(top, "crossing", _CROSSING, MAX_SURVEY))
-    outline = Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
-    _check_files(outline, source)
-    return outline
+    return Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
 
 
 def tables_of(recording: Recording, files: Sequence[str]) -> dict[str, object]:
@@ -211,7 +212,7 @@ def _sensor(table: Table, length: float) -> Sensor:
     axes = table.whole("axes", "2 or 3")
     if axes not in _AXES[kind]:
         expected = " or ".join(map(str, _AXES[kind]))
-        table.refuse("axes", f"axes is {told(axes)}; {expected} is expected for a {kind}")
+        table.refuse("axes", f"axes is {told(axes)}; {expected} is expected for this {kind}")
     position = _along(table, "position", table.number("position", "metres along it"), length)
     counts = table.positive("counts_per_unit", "a number of counts greater than 0")
     return Sensor(name, kind, axes, position, counts)
@@ -237,13 +238,20 @@ def _workpiece(top: Table) -> Workpiece | None:
 
 
 def _pose(table: Table) -> PoseEntry:
+    pitch, on_table = table.number("pitch", "degrees"), table.flag("table", "true or false")
+    if on_table and abs(pitch) > MOST_TABLE_PITCH:
+        table.refuse(
+            "table",
+            f"table is true beside a pitch of {pitch:g} degrees; a bar that lies on the table has "
+            "a pitch of 0: give table = false, or the right pitch",
+        )
     return PoseEntry(
         table.text("name", "the pose's name"),
         table.number("roll", "degrees"),
         table.number("heading", "degrees"),
-        table.number("pitch", "degrees"),
-        table.flag("table", "true or false"),
-        table.text("file", "the file of its frames"),
+        pitch,
+        on_table,
+        _file(table),
     )
 
 
@@ -263,7 +271,7 @@ def _passes(top: Table) -> tuple[PassEntry, ...]:
 def _pass(table: Table) -> PassEntry:
     name = table.text("name", "the pass's name")
     kind = cast(PassKind, table.choice("kind", ("pass", "tie")))
-    return PassEntry(name, kind, table.text("file", "the file of its frames"))
+    return PassEntry(name, kind, _file(table))
 
 
 def _repeated(names: Sequence[str]) -> list[tuple[int, int]]:
@@ -309,7 +317,9 @@ class _Survey:
 
     def _present(self, table: Table, key: str, name: str) -> None:
         if name not in self.passes:
-            hint = nearest(name, self.passes) or "; the passes are " + told(", ".join(self.passes))
+            hint = nearest(name, self.passes) or "; the passes are " + ", ".join(
+                map(told, list(self.passes)[:MAX_TOLD])
+            )
             table.refuse(key, f"there is no pass {told(name)}{hint}")
 
 
@@ -317,9 +327,27 @@ def _sigma(table: Table) -> float:
     return table.positive("sigma", "a standard deviation in metres greater than 0")
 
 
-def _check_files(outline: Outline, source: Source) -> None:
-    if len(outline.files) > MAX_FILES:
-        source.refuse(f"{len(outline.files)} poses and passes; at most {MAX_FILES} are read")
-    for before, after in pairwise(sorted(outline.files)):
-        if before == after:
-            source.refuse(f"the file {told(after)} is named twice; each pose and pass has its own")
+def _file(table: Table) -> str:
+    """The path of a file inside the recording, with no way out of it."""
+    file = table.text("file", "the file of its frames")
+    plain = file.isprintable() and not any(c in file for c in '\\:*?"<>|')
+    parts = PurePosixPath(file).parts
+    if not plain or not parts or file.startswith("/") or ".." in parts:
+        table.refuse(
+            "file",
+            f"the file {told(file)} leaves the recording's folder or is no plain path; a relative "
+            "path such as passes/p1.csv is expected",
+        )
+    return file
+
+
+def _check_files(top: Table, poses: Sequence[PoseEntry], passes: Sequence[PassEntry]) -> None:
+    files = [*(pose.file for pose in poses), *(one.file for one in passes)]
+    if len(files) > MAX_FILES:
+        top.refuse(None, f"{len(files)} poses and passes; at most {MAX_FILES} are read")
+    for i, _ in _repeated(files):
+        ahead = len(poses)
+        table, index = ("pose", i) if i < ahead else ("pass", i - ahead)
+        Table({}, top.source, table, index, ()).refuse(
+            "file", f"the file {told(files[i])} is named twice; each pose and pass has its own"
+        )
