@@ -5,9 +5,9 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from georibbon.arrays import FloatArray
+
 SensorKind = Literal["accelerometer", "magnetometer"]
 AXIS_LETTERS = "xyz"
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from georibbon.ribbon import FloatArray, Readings
+from georibbon.arrays import FloatArray
+from georibbon.ribbon import Readings
 
 # Few blocks make the estimate noisy, many make them shorter than the noise
 # remembers: ten is the usual compromise for windows of one to a few seconds.

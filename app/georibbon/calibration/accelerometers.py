@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.poses import Block
 from georibbon.calibration.separable import Adjusted, Directions, Prior, Problem, Tie, adjust
-from georibbon.ribbon import FloatArray
 
 NOISE = 1e-3  # g: one unit of weight
 GAIN_SPREAD = 0.1

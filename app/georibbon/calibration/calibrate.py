@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration import findings, gates, labels, quality, suspects
 from georibbon.calibration.accelerometers import (
     BIAS_SPREAD,
@@ -38,7 +39,7 @@ from georibbon.calibration.separable import Tie
 from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
-from georibbon.ribbon import FloatArray, Ribbon
+from georibbon.ribbon import Ribbon
 from georibbon.stillness import still_means
 
 Hemisphere = Literal["north", "south"]

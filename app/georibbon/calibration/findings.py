@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.labels import name_of
 from georibbon.calibration.poses import Attitudes, Block
 from georibbon.calibration.separable import Adjusted, cell_residuals, median_of, robust_scale
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray
 
 # A cell stands out beyond twice the scale of the robust weights, which is six
 # times the median residual: noise does not reach it in a thousand calibrations.

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.labels import FACES
 from georibbon.calibration.model import CalibrationQuality
 from georibbon.calibration.poses import Attitudes, Block
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray
 
 LEAST_POSES = 10
 FULL_POSES = 12

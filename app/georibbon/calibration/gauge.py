@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.calibration.accelerometers import tangents
 from georibbon.calibration.magnetometers import levelled
-from georibbon.calibration.poses import BoolArray, IntArray, rotation_x, rotation_z
-from georibbon.ribbon import FloatArray
+from georibbon.calibration.poses import rotation_x, rotation_z
 
 # Standard deviations, radians: how squarely a face lies on the table, and how
 # level a table is before anything is measured.

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from georibbon.calibration.poses import Attitudes, BoolArray
+from georibbon.arrays import BoolArray, FloatArray
+from georibbon.calibration.poses import Attitudes
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray
 
 # A pose asked for is true to a few degrees; beyond these it was another one.
 WRONG = np.radians(30.0)

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.accelerometers import prior_of
-from georibbon.calibration.poses import UP, Block, BoolArray, rotation_z
+from georibbon.calibration.poses import UP, Block, rotation_z
 from georibbon.calibration.separable import (
     Adjusted,
     Directions,
@@ -23,7 +24,6 @@ from georibbon.calibration.separable import (
     linear_fit,
     median_of,
 )
-from georibbon.ribbon import FloatArray
 
 NOISE = 5e-3  # of the field: one unit of weight
 GAIN_SPREAD = 0.3

@@ -10,8 +10,8 @@ fit predicts counts.
 import math
 from dataclasses import dataclass, field
 
+from georibbon.arrays import FloatArray
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray
 
 # What the bar's bend leaves in each sensor's orientation, radians about each axis.
 # It is the same in every pose, so that no residual shows it: an assumption, for a

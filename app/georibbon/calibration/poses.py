@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import CalibrationError
 from georibbon.recording import Pose
-from georibbon.ribbon import FloatArray, Ribbon, SensorKind
+from georibbon.ribbon import Ribbon, SensorKind
 from georibbon.stillness import StillMeans
 
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 # A pose in which fewer axes of a kind gave values is left out.
 LEAST_SHARE = 0.5
 UP = np.array([0.0, 0.0, 1.0])

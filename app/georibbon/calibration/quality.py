@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.separable import Normals
-from georibbon.ribbon import FloatArray
 
 # How much more than readings the bar's square faces count in the figure A: all but exact.
 SQUARE = 1e4

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from georibbon.ribbon import FloatArray
+from georibbon.arrays import FloatArray
 
 STEPS = 60
 ROUGH = 1e-4

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.model import (
     MOUNTING_SIGMA,
     Calibration,
@@ -16,7 +17,7 @@ from georibbon.calibration.model import (
 )
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray, Ribbon
+from georibbon.ribbon import Ribbon
 
 FORMAT = "georibbon-calibration"
 VERSION = 1

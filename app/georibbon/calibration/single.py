@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.quality import coverage
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
-from georibbon.ribbon import FloatArray
 
 LEAST_POSES = 9
 LEAST_COVERAGE, GOOD_COVERAGE = 0.2, 0.55

@@ -6,11 +6,12 @@ from itertools import permutations, product
 
 import numpy as np
 
-from georibbon.calibration.poses import Block, BoolArray
+from georibbon.arrays import BoolArray, FloatArray
+from georibbon.calibration.poses import Block
 from georibbon.calibration.separable import Prior, linear_fit
 from georibbon.notices import Notice
 from georibbon.recording import Pose
-from georibbon.ribbon import AXIS_LETTERS, FloatArray, Ribbon
+from georibbon.ribbon import AXIS_LETTERS, Ribbon
 
 # An axis that moves less than this share of what the others (or the labels) say is dead.
 DEAD_SHARE = 0.15

@@ -10,16 +10,15 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from georibbon.arrays import FloatArray
 from georibbon.geometry.correspondence import PairMatch
 from georibbon.geometry.crossings import crossing_triangles
 from georibbon.geometry.frames import arc_angles
 from georibbon.geometry.mesh import Mesh, grid_mesh
 from georibbon.geometry.patch import Patches, PatchGrid, PatchSet, sampled
 
-FloatArray = NDArray[np.float64]
 Verdict = Literal["pass", "warn", "fail"]
 
 DRIFT_SIGMAS = (3.0, 6.0)

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.geometry.frames import Strip, unit
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
 
 SLOPE_FLOOR = 0.2

@@ -1,13 +1,9 @@
 """Where a mesh runs through itself."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.geometry.mesh import Mesh
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 def crossing_triangles(mesh: Mesh) -> IntArray:

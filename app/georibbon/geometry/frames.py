@@ -8,9 +8,8 @@ it, surface normal; V = N x tau (GEOMETRY 1).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from georibbon.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.arrays import FloatArray
+from georibbon.geometry.frames import Strip
 from georibbon.geometry.reference import Jet, ReferenceSurface
 
 

@@ -16,13 +16,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
+from georibbon.arrays import FloatArray
 from georibbon.geometry.correspondence import Arrangement, Correspondence, correspond
 from georibbon.geometry.frames import Strip, frames_from, unit
-
-FloatArray = NDArray[np.float64]
 
 # F = POWERS(v) @ HERMITE @ control: the basis H0, H1, H2, H3 in powers of v.
 HERMITE = np.array(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from georibbon.geometry.frames import FloatArray
+from georibbon.arrays import FloatArray
 
 
 class Jet(NamedTuple):

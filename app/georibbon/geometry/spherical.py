@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from georibbon.arrays import FloatArray
 from georibbon.errors import FitError
 from georibbon.geometry.frames import (
     Strip,
@@ -26,7 +27,6 @@ from georibbon.geometry.frames import (
     unit,
 )
 
-FloatArray = NDArray[np.float64]
 GREATEST_STEP = np.radians(120.0)
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SettingsError, SurfaceError
 from georibbon.geometry.checks import Check, all_checks
 from georibbon.geometry.correspondence import arrange
@@ -24,8 +24,6 @@ from georibbon.geometry.patch import (
 
 __all__ = ["Check", "Surface", "SurfaceSettings", "build_surface"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 LEAST_POINTS = 4
 MOST_TRIANGLES = 5_000_000

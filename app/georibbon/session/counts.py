@@ -9,8 +9,9 @@ import re
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
-from georibbon.ribbon import FloatArray, Readings
+from georibbon.ribbon import Readings
 from georibbon.session.fields import MAX_NUMBER, nearest, told
 
 MAX_COUNT = 2**31 - 1

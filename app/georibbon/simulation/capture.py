@@ -7,11 +7,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.errors import SettingsError
 from georibbon.geometry.frames import Strip
 from georibbon.recording import Pass, PassKind, Pose, Recording, Workpiece
-from georibbon.ribbon import FloatArray, Readings, Ribbon
+from georibbon.ribbon import Readings, Ribbon
 from georibbon.simulation.forward import expected_counts, field_direction, sample_counts
 from georibbon.simulation.layout import lay_passes
 from georibbon.simulation.poses import PLANS, attitudes

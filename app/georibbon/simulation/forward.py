@@ -9,8 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.model import SensorModel
-from georibbon.ribbon import FloatArray, Ribbon
+from georibbon.ribbon import Ribbon
 
 CLIP = 32767.0
 UP = np.array([0.0, 0.0, 1.0])

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from georibbon.arrays import FloatArray
 from georibbon.errors import SettingsError
-from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.geometry.frames import Strip
 from georibbon.geometry.geodesics import directions_at, trace
 from georibbon.geometry.reference import ReferenceSurface, closest_point
 from georibbon.simulation.settings import LayoutSettings

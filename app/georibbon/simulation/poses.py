@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from georibbon.ribbon import FloatArray
+from georibbon.arrays import FloatArray
 
 Asked = tuple[float, float, float, bool]
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
-from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh
 from georibbon.geometry.reference import ReferenceSurface, closest_point
 from georibbon.simulation.truth import Truth

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.errors import RecordingError
-from georibbon.geometry.frames import FloatArray, Strip
+from georibbon.geometry.frames import Strip
 from georibbon.geometry.reference import ReferenceSurface
 from georibbon.simulation.surfaces import make_surface
 

@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from georibbon.arrays import FloatArray
 from georibbon.calibration.model import SensorModel
-from georibbon.ribbon import FloatArray, Ribbon, Sensor
+from georibbon.ribbon import Ribbon, Sensor
 from georibbon.simulation.settings import RibbonSettings
 
 ACCELEROMETER_COUNTS = 16384.0
