@@ -145,6 +145,33 @@ def test_a_mark_wrong_by_5_cm_is_named(made):
     assert max(result.survey, key=lambda one: one.residual).passes == ("P2",)
 
 
+def test_a_survey_that_contradicts_the_readings_is_refused(made):
+    """Another unit, which no length betrays."""
+    marks = tuple(
+        replace(mark, position=tuple(np.multiply(mark.position, 0.5)))
+        for mark in made.recording.marks
+    )
+    with pytest.raises(FitError, match=r"survey contradicts the readings.*z up, right-handed"):
+        run(made, recording=replace(made.recording, marks=marks))
+
+
+def test_a_tie_without_a_crossing_is_left_out_and_named():
+    made = simulated(layout=LayoutSettings(passes=3, ties=1))
+    recording = replace(made.recording, crossings=())
+    result = run(made, recording=recording)
+    assert [one.name for one in result.passes] == ["P1", "P2", "P3"]
+    assert [(one.code, one.pass_name) for one in result.notices] == [("tie-left-out", "T1")]
+
+
+def test_a_pass_that_misses_its_marks_is_not_good(made):
+    marks = list(made.recording.marks)
+    x, y, z = marks[2].position
+    marks[2] = replace(marks[2], position=(x, y, z + 0.05))
+    result = run(made, recording=replace(made.recording, marks=tuple(marks)))
+    verdicts = [one.quality.verdict for one in result.passes]
+    assert verdicts == ["good", "acceptable", "good"]
+
+
 def test_notices_of_all_stages_are_collected():
     made = simulated(
         survey=SurveySettings(kinds=("starts",)),

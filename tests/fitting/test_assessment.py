@@ -8,9 +8,11 @@ from laid import FLAT, calibration, recording, ribbon, wavy
 
 from georibbon.fitting.assessment import (
     ACCEPTABLE_RESIDUAL,
+    ACCEPTABLE_SIGMA,
     IGNORED,
     NAMED,
     REDO_RESIDUAL,
+    REDO_SIGMA,
     assess,
 )
 from georibbon.fitting.fit import prepare
@@ -56,8 +58,8 @@ def fit(residuals=None, count=4, **fields):
     return replace(plain, **fields)
 
 
-def outcome(residuals=None, captured=CAPTURE, **fields):
-    return assess(captured, fit(residuals, **fields))
+def outcome(residuals=None, captured=CAPTURE, missed=None, **fields):
+    return assess(captured, fit(residuals, **fields), missed or {})
 
 
 def codes(notices):
@@ -152,19 +154,36 @@ def test_two_passes_are_too_few_to_blame_the_sensor():
 )
 def test_residuals_as_a_whole_decide(size, verdict):
     each = np.tile(np.where(AXES, size, 0.0), (4, 1, 1))
-    passes, _ = assess(CAPTURE, replace(fit(), residuals=each))
+    passes, _ = assess(CAPTURE, replace(fit(), residuals=each), {})
     assert passes[0].verdict == verdict
     assert passes[0].residual_rms == pytest.approx(size)
     if verdict != "good":
         assert "times as far off the curve" in passes[0].reason
 
 
-@pytest.mark.parametrize(("times", "verdict"), [(1.9, "good"), (2.1, "acceptable"), (5.1, "redo")])
-def test_a_pass_much_less_sure_than_the_others_is_doubtful(times, verdict):
-    covariance = np.tile(1e-6 * np.eye(3), (4, len(GRID.nodes), 1, 1))
-    covariance[3] *= times**2
+@pytest.mark.parametrize(
+    ("sigma", "verdict"),
+    [
+        (0.9 * ACCEPTABLE_SIGMA, "good"),
+        (1.1 * ACCEPTABLE_SIGMA, "acceptable"),
+        (1.1 * REDO_SIGMA, "redo"),
+    ],
+)
+def test_a_pass_whose_position_is_hardly_known_is_doubtful(sigma, verdict):
+    covariance = np.tile(1e-6 / 3 * np.eye(3), (4, len(GRID.nodes), 1, 1))
+    covariance[3] *= (sigma / 1e-3) ** 2
     passes, _ = outcome(covariance=covariance)
     assert [one.verdict for one in passes] == ["good"] * 3 + [verdict]
+    if verdict != "good":
+        assert f"known to {1e3 * sigma:.0f} mm only" in passes[3].reason
+
+
+@pytest.mark.parametrize(("count", "verdict"), [(0, "good"), (1, "acceptable"), (2, "redo")])
+def test_a_pass_that_misses_the_survey_is_doubtful(count, verdict):
+    passes, _ = outcome(missed={"P2": count})
+    assert [one.verdict for one in passes] == ["good", verdict, "good", "good"]
+    if count:
+        assert passes[1].reason == f"it misses {count} of the survey's measurements"
 
 
 def test_a_pass_that_moved_or_has_two_shapes_must_be_laid_again():

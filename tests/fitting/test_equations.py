@@ -16,6 +16,7 @@ from georibbon.fitting.equations import (
     observations,
     read_survey,
     square_pairs,
+    without_loose_ties,
 )
 from georibbon.fitting.grid import make_grid
 from georibbon.fitting.placing import Curves
@@ -158,6 +159,45 @@ def test_only_distances_that_alone_hold_a_pass_are_loose():
         Pair(2, 3, (0.0, 0.0), 0.11),
         Pair(2, 3, (LENGTH, LENGTH), 0.12),
     )
+
+
+# --- what cannot be ---
+
+
+@pytest.mark.parametrize(
+    ("survey", "words"),
+    [
+        ({"distances": (distance("P1", "P2", 0.0, 100.0),)}, "100 m.*in metres"),
+        (
+            {"marks": (mark("P1"), mark("P1", 0.1, (0.2, 0.0, 0.0)))},
+            "P1 at 0 m and of P1 at 0.1 m are 0.2 m apart, but only 0.1 m of ribbon",
+        ),
+        (
+            {"marks": (mark("P1"), mark("P2", 0.0, (0.0, 150.0, 0.0)))},
+            "P1 at 0 m and of P2 at 0 m are 150 m apart.*in metres",
+        ),
+    ],
+)
+def test_measurements_that_no_ribbon_allows_are_refused(survey, words):
+    with pytest.raises(FitError, match=words):
+        read_survey(recorded("P1 P2", **survey))
+
+
+def test_a_slip_of_the_tape_is_no_reason_to_refuse():
+    marks = (mark("P1"), mark("P1", 0.1, (0.115, 0.0, 0.0)), mark("P2"))
+    assert read_survey(recorded("P1 P2", marks=marks)).marked
+
+
+def test_ties_that_the_survey_nowhere_names_are_left_out_and_named():
+    whole = recorded(
+        "P1 T1 P2 T2", marks=(mark("P1"), mark("P2")), crossings=(crossing("P1", "T2"),)
+    )
+    kept, (notice,) = without_loose_ties(whole)
+    assert [one.name for one in kept.passes] == ["P1", "P2", "T2"]
+    assert (notice.code, notice.pass_name) == ("tie-left-out", "T1")
+    assert without_loose_ties(kept) == (kept, ())
+    marked = recorded("P1 T1", marks=(mark("P1"), mark("T1")))
+    assert without_loose_ties(marked) == (marked, ())
 
 
 # --- as equations ---

@@ -93,7 +93,7 @@ def test_marks_at_both_ends_give_the_curves(of, neighbours):
     assert fit.ambiguous == (False,) * 3
     np.testing.assert_array_equal(fit.s, GRID.nodes)
     assert fit.present.all()
-    assert assess(capture, fit)[1] == ()
+    assert assess(capture, fit, {})[1] == ()
 
 
 def test_the_heading_is_found_whatever_it_is():
@@ -185,6 +185,18 @@ def test_distances_alone_place_neighbours_on_the_side_that_the_readings_tell(ord
     assert away_aligned(fit, points) < 3e-3
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_papers_way_finds_that_side_too(order):
+    shape, _ = sphere(GRID, 0.3, OFFSETS[::order])
+    ahead = exp(np.array([0.0, 0.5 * LENGTH / 0.3, 0.0]))
+    from_middle = Shape(shape.start @ ahead, shape.rates)
+    points = points_of(GRID, from_middle, 0.3 * from_middle.start[:, :, 2])
+    made = recording(RIBBON, from_middle, seed=3, distances=distances(points))
+    fit = fit_paper(captured(made))
+    assert codes(fit.notices) == ["across-assumed"]
+    assert away_aligned(fit, points) < 8e-3
+
+
 def test_on_a_plane_where_nothing_tells_neighbours_are_to_the_left():
     shape, origin = plane(GRID, (0.0, 0.1))
     points = points_of(GRID, shape, origin)
@@ -273,7 +285,7 @@ def test_where_nothing_tells_them_apart_it_is_said():
     assert fit.ambiguous == (True,)
     assert codes(fit.notices) == ["ambiguous-shape"]
     assert fit.notices[0].pass_name == "P1"
-    assert assess(capture, fit)[0][0].verdict == "redo"
+    assert assess(capture, fit, {})[0][0].verdict == "redo"
     assert AMBIGUOUS_WITHIN == 10.0
     three, _ = wall(headings=(0.4,), ends=(0,), of=RIBBON3)
     assert fitted(told(three))[1].ambiguous == (False,)
@@ -303,7 +315,7 @@ def test_a_magnet_is_named_and_does_little_harm(of):
     made = with_magnet(made)
     capture, fit = fitted(made)
     assert away(fit, points) < 1.5e-3
-    notices = assess(capture, fit)[1]
+    notices = assess(capture, fit, {})[1]
     disturbed = {notice.sensor for notice in notices if notice.code == "field-disturbed"}
     assert disturbed == {"M03", "M04", "M05", "M06"}
     assert {notice.pass_name for notice in notices} == {"P2"}
@@ -325,7 +337,15 @@ def test_two_dead_sensors_are_left_out_and_do_little_harm():
     capture, fit = fitted(dead(made, ("A03", "M06")))
     assert away(fit, points) < 1.5e-3
     assert not fit.present[:, [4, 11]].any()
-    assert assess(capture, fit)[0][0].ignored == ("A03", "M06")
+    assert assess(capture, fit, {})[0][0].ignored == ("A03", "M06")
+
+
+def test_magnetometers_that_say_nonsense_are_a_bad_pass_and_no_crash():
+    made, _ = dome()
+    names = tuple(sensor.name for sensor in RIBBON.sensors if sensor.name.startswith("M"))
+    capture, fit = fitted(with_magnet(made, sensors=names, strength=5.0))
+    assert assess(capture, fit, {})[0][1].verdict == "redo"
+    assert np.isfinite(fit.points).all()
 
 
 @pytest.mark.parametrize(

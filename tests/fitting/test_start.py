@@ -21,7 +21,7 @@ from georibbon.fitting.candidates import KEEP_WITHIN, find_candidates, stack, wi
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
 from georibbon.fitting.rotations import about_z, exp
 from georibbon.fitting.start import find_starts, gravity_at
-from georibbon.fitting.strip import evaluate, whiten
+from georibbon.fitting.strip import evaluate, sensed_vectors, whiten
 
 # Degrees, at the worst place of a ribbon of half a metre: four standard deviations at its ends.
 NEAR = 7.0
@@ -283,3 +283,45 @@ def test_where_every_pass_is_at_odds_there_is_nobody_to_lend():
     own = candidates(laid)
     for one, other in zip(with_borrowed(laid.problem, own), own, strict=True):
         assert one is other
+
+
+# --- nothing to go by ---
+
+
+@pytest.mark.parametrize("said", [5.0, -3.0])
+@pytest.mark.parametrize("seed", [None, 1])
+def test_readings_that_tell_no_heading_still_give_a_start(said, seed):
+    """Magnetometers far off whatever the heading: some start, and no crash."""
+    laid = lay(RIBBON, turned(wavy(GRID), HEADINGS[:3]), seed=seed)
+    values = laid.problem.observations.values.copy()
+    values[1, laid.problem.array.field, :2] = said
+    observed = replace(laid.problem.observations, values=values)
+    starts = find_starts(replace(laid.problem, observations=observed))
+    assert set(starts.owner) == {0, 1, 2}
+
+
+def test_a_vertical_field_tells_no_heading_and_still_gives_a_start():
+    laid = lay(RIBBON3, turned(wavy(GRID), HEADINGS[:2]))
+    down = np.array([0.0, 0.0, -1.0])
+    values = laid.problem.observations.values.copy()
+    frames = integrate_frames(GRID, laid.shape)[:, GRID.sensor_nodes]
+    magnetic = laid.problem.array.field
+    values[:, magnetic] = (down @ frames)[:, magnetic]
+    problem = replace(
+        laid.problem,
+        observations=replace(laid.problem.observations, values=values),
+        vectors=sensed_vectors(laid.problem.array, down),
+    )
+    assert set(find_starts(problem).owner) == {0, 1}
+
+
+def test_no_more_starts_than_are_worth_it():
+    """Readings at random allow many chains."""
+    laid = lay(RIBBON, turned(wavy(GRID), HEADINGS))
+    values = laid.problem.observations.values.copy()
+    magnetic = laid.problem.array.field
+    rng = np.random.default_rng(3)
+    values[:, magnetic, :2] = rng.uniform(-0.7, 0.7, (12, int(magnetic.sum()), 2))
+    observed = replace(laid.problem.observations, values=values)
+    starts = find_starts(replace(laid.problem, observations=observed))
+    assert np.bincount(starts.owner).max() == 6
