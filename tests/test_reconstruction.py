@@ -233,9 +233,9 @@ def test_smoothing_is_set_by_name_or_for_all_others(made):
     np.testing.assert_allclose([one.smoothing for one in result.passes], [0.2, 0.1, 0.2])
 
 
-@pytest.mark.parametrize("length", [0.0, -0.1, 10.1, np.nan, np.inf])
+@pytest.mark.parametrize("length", [0.0, 0.0005, -0.1, 10.1, np.nan, np.inf])
 def test_smoothing_that_means_nothing_is_refused(length):
-    with pytest.raises(SettingsError, match=r"smoothing of P1 is .* between 0 and 10 m"):
+    with pytest.raises(SettingsError, match=r"smoothing of pass P1 is .* between 1 and 10000 mm"):
         ReconstructionSettings(smoothing={"P1": length})
 
 

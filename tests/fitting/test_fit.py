@@ -461,3 +461,16 @@ def test_frames_and_points_belong_together():
     assert np.degrees(np.abs(tangents - ahead).max()) < 0.1
     eye = np.broadcast_to(np.eye(3), fit.frames.shape)
     assert degrees_between(fit.frames @ np.swapaxes(fit.frames, 2, 3), eye).max() < 1e-5
+
+
+def test_without_a_neighbour_it_makes_no_difference_to_ask_for_neighbours():
+    """One pass with five marks, of which one is wrong by 2 cm."""
+    shape, origin = sphere(GRID, 0.5, (0.0,))
+    points = points_of(GRID, shape, origin)
+    marks = list(marked(GRID, points, ends=(0, 8, 16, 24, -1)))
+    x, y, z = marks[2].position
+    marks[2] = replace(marks[2], position=(x, y + 0.02, z))
+    made = recording(RIBBON, shape, seed=8, heading=HEADING, marks=tuple(marks))
+    with_them, alone = (fitted(made, neighbours=yes)[1] for yes in (True, False))
+    np.testing.assert_allclose(with_them.points, alone.points, atol=1e-5)
+    assert away(alone, points) < 1.5e-3

@@ -495,6 +495,15 @@ def test_a_start_at_the_minimum_is_left_as_it_is():
     np.testing.assert_allclose(place(of.problem, end).points, of.points, atol=1e-5)
 
 
+def test_asked_for_more_than_numbers_hold_the_descent_ends():
+    of = lively(seed=2)
+    near = descend(of.problem, of.truth, 50, tolerance=1e-9)
+    end = descend(of.problem, near, 200, tolerance=0.0)
+    np.testing.assert_allclose(
+        place(of.problem, end).points, place(of.problem, near).points, atol=2e-5
+    )
+
+
 def test_a_survey_grows_without_touching_the_old_one():
     of = lively()
     more = ChordSet(np.array([0]), np.array([1]), np.zeros((1, 2)), np.zeros(1), np.ones(1))
