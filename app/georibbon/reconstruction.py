@@ -40,7 +40,8 @@ SurveyKind = Literal["mark", "distance", "crossing"]
 METHODS: tuple[Method, ...] = ("ribbon", "paper")
 SURVEY_OUTLIER = 5.0  # standard deviations
 CONTRADICTION = 0.02  # m: a slip beyond what passes drift by
-LONGEST_SMOOTHING = 10.0  # m: a longer one means nothing on any ribbon
+SHORTEST_SMOOTHING = 0.001  # m: a shorter one means nothing on any ribbon
+LONGEST_SMOOTHING = 10.0
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,11 @@ class ReconstructionSettings:
                 f'the method is "{self.method}"; it must be one of {", ".join(METHODS)}'
             )
         for name, length in self.smoothing.items():
-            if not (np.isfinite(length) and 0 < length <= LONGEST_SMOOTHING):
+            if not (np.isfinite(length) and SHORTEST_SMOOTHING <= length <= LONGEST_SMOOTHING):
+                which = "all passes" if name == "*" else f"pass {name}"
                 raise SettingsError(
-                    f"the smoothing of {name} is {length} m; it must be a length between 0 and "
-                    f"{LONGEST_SMOOTHING:g} m"
+                    f"the smoothing of {which} is {1e3 * length:g} mm; it must be between "
+                    f"{1e3 * SHORTEST_SMOOTHING:g} and {1e3 * LONGEST_SMOOTHING:g} mm"
                 )
 
 

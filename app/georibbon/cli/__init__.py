@@ -9,6 +9,7 @@ error; 1 a fault of the program; 130 interrupted.
 
 import io
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -50,6 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in words
+    if argv is None:
+        _end_cleanly()
     _print_anything()
     try:
         arguments = build_parser(words).parse_args(words)
@@ -69,8 +72,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _end_cleanly() -> None:
+    """Let a closed terminal or a plain kill end the program as an error does, with no litter."""
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
+
+
 def _print_anything() -> None:
-    """Let no sign and no odd file name stop the output where the terminal cannot show it."""
+    """Let no closed stream, no sign and no odd file name stop the output."""
+    if sys.stdout is None:
+        sys.stdout = io.StringIO()
+    if sys.stderr is None:
+        sys.stderr = io.StringIO()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -99,8 +113,11 @@ def _tell(error: Exception, debug: bool) -> int:
     if isinstance(error, GeoribbonError):
         print(f"georibbon: error: {error}", file=sys.stderr)
         return INPUT_AT_FAULT
-    if isinstance(error, OSError) and error.filename is not None:
-        print(f"georibbon: error: {error.filename}: {error.strerror}", file=sys.stderr)
+    if isinstance(error, OSError) and error.strerror is not None:
+        where = error.filename or "the output cannot be written"
+        print(f"georibbon: error: {where}: {error.strerror}", file=sys.stderr)
+        if error.filename is None:  # what is still in the buffer would fail once more at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return INPUT_AT_FAULT
     print(
         f"georibbon: a fault of the program, not of your input: {type(error).__name__}: {error}; "

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
         session = outputs.place(folder / SESSION)
         create_session(session, simulation.recording)
         result = reconstruct(read_session(session), reconstruction.settings_from(wanted))
-        reconstruction.write(result, outputs, wanted)
+        reconstruction.write(result, outputs, wanted, simulation.recording.title)
     print_reconstruction(result)
     _print_score(score(result, simulation.truth))
     _print_places(outputs)

@@ -79,8 +79,18 @@ class Outputs:
             raise ExportError(f"{target}: this is a folder, a file name was expected")
         if target.resolve() in self._inputs:
             raise ExportError(f"{target}: this is an input; write to another file")
+        if target.exists() and any(self._raw(target.resolve(), one) for one in self._inputs):
+            raise ExportError(
+                f"{target}: this is a file of the recording, and raw data is never overwritten; "
+                "write to another place"
+            )
         if target.resolve() in {other.resolve() for other in self._places}:
             raise ExportError(f"{target}: named for two outputs; give each its own file")
+
+    @staticmethod
+    def _raw(target: Path, source: Path) -> bool:
+        """Whether the target is a table or description inside a recording folder."""
+        return target.suffix.lower() in (".csv", ".toml") and target.is_relative_to(source)
 
     def _in_targets(self, message: str) -> str:
         """The message with the files named as the person named them."""

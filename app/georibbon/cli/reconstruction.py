@@ -79,7 +79,7 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--method", choices=("ribbon", "paper"), default="ribbon",
         help="ribbon (default): all readings of a pass fitted at once, with the survey; "
-        "paper: tangents interpolated from node to node",
+        "paper: tangents interpolated from sensor to sensor",
     )  # fmt: skip
     group.add_argument(
         "--calibration", metavar="FILE", type=Path,
@@ -104,12 +104,10 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
 
 
-def _smoothing(text: str) -> tuple[str, float] | None:
+def _smoothing(text: str) -> tuple[str, float | None]:
     """(pass name, metres), for all passes under the name `ALL_PASSES`; None: automatic."""
-    if text == "auto":
-        return None
     name, value = pair(text, "auto, MM or PASS=MM") if "=" in text else (ALL_PASSES, text)
-    return name, millimetres(value)
+    return name, None if value == "auto" else millimetres(value)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -120,8 +118,9 @@ def run(arguments: argparse.Namespace) -> None:
     with Outputs(targets(arguments), inputs=(arguments.source, arguments.calibration)) as outputs:
         settings = settings_from(arguments)
         calibration = _calibration(arguments.calibration)
-        result = reconstruct(load_source(arguments.source), settings, calibration)
-        write(result, outputs, arguments)
+        recording = load_source(arguments.source)
+        result = reconstruct(recording, settings, calibration)
+        write(result, outputs, arguments, recording.title)
     print_reconstruction(result)
     for target in outputs.targets:
         unit = f" ({arguments.unit})" if target in arguments.surface else ""
@@ -150,13 +149,17 @@ def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
     from georibbon.geometry.surface import SurfaceSettings
     from georibbon.reconstruction import ReconstructionSettings
 
-    smoothing = dict(entry for entry in arguments.smoothing if entry is not None)
+    smoothing = {name: value for name, value in arguments.smoothing if value is not None}
     if smoothing and arguments.method == "paper":
         raise SettingsError("--smoothing is for --method ribbon; the paper's way smooths nothing")
     surface = SurfaceSettings(thickness=arguments.thickness)
     if arguments.tolerance is not None:
         surface = replace(surface, tolerance=arguments.tolerance)
     others = arguments.surface or arguments.report or arguments.picture
+    if arguments.curves and not others:
+        for option in ("tolerance", "thickness"):
+            if getattr(arguments, option) is not None:
+                raise SettingsError(f"--{option} is of the surface; name its file with --surface")
     return ReconstructionSettings(
         method=arguments.method,
         neighbours=arguments.neighbours,
@@ -165,7 +168,9 @@ def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
     )
 
 
-def write(result: "Reconstruction", outputs: Outputs, arguments: argparse.Namespace) -> None:
+def write(
+    result: "Reconstruction", outputs: Outputs, arguments: argparse.Namespace, title: str | None
+) -> None:
     """Prepare every output."""
     for path in arguments.surface:
         _write_surface(result, outputs.place(path), arguments.unit)
@@ -182,6 +187,7 @@ def write(result: "Reconstruction", outputs: Outputs, arguments: argparse.Namesp
             source=str(arguments.source),
             unit=arguments.unit,
             files=[target.name for target in outputs.targets],
+            title=title,
         )
     if arguments.picture:
         from georibbon.export.picture import write_picture

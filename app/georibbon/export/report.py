@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import os
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path, PurePath
@@ -59,6 +60,8 @@ def report_html(
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
+    # The plotting library refuses to load where a notebook has left a backend of its own here.
+    os.environ["MPLBACKEND"] = "agg"
     from georibbon.export import figures
     from georibbon.export.picture import picture
 

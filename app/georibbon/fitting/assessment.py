@@ -26,7 +26,8 @@ ACCEPTABLE_IGNORED = 0.0  # shares of a pass's sensors
 REDO_IGNORED = 0.25
 ACCEPTABLE_SIGMA = 0.003  # m, the mean standard deviation of a pass's position
 REDO_SIGMA = 0.010
-SURVEY_MISSED = 5.0  # standard deviations
+STEEP_NORMAL = 0.2  # the normal's vertical part: less than 12 degrees from a vertical wall
+STEEP_SHARE = 0.5  # of a pass
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ def assess(
     passes = []
     for p, one in enumerate(capture.recording.passes):
         notices += _pass_notices(ribbon, one.name, size[p], often)
+        notices += _wall_notices(ribbon, one.name, fit.frames[p])
         passes.append(
             _assess_pass(capture, fit, p, size[p], float(sigma[p]), missed.get(one.name, 0))
         )
@@ -100,6 +102,19 @@ def _pass_notices(ribbon: Ribbon, name: str, size: FloatArray, often: BoolArray)
             )
             out.append(Notice("sensor-outlier", message, name, sensor.name))
     return out
+
+
+def _wall_notices(ribbon: Ribbon, name: str, frames: FloatArray) -> list[Notice]:
+    """A steep pass of a ribbon whose magnetometers have two axes: its heading is weak there."""
+    three = any(ribbon.sensors[i].axes == 3 for i in ribbon.indices("magnetometer"))
+    steep = np.abs(frames[:, 2, 2]) < STEEP_NORMAL
+    if three or steep.mean() <= STEEP_SHARE:
+        return []
+    message = (
+        f"pass {name}: most of it lies on a steep wall, where 2-axis magnetometers tell the "
+        "heading badly; mark more points of it, or lay it level with a 3-axis ribbon"
+    )
+    return [Notice("steep-wall", message, name)]
 
 
 def _disturbed(ribbon: Ribbon, size: FloatArray) -> BoolArray:

@@ -41,10 +41,11 @@ class Curves:
         """(3,) the point at s."""
         return self._interpolate(self.points[candidate], s)
 
-    def conormal(self, candidate: int, s: float) -> FloatArray:
-        """(3,) the unit conormal at s."""
+    def left(self, candidate: int, s: float, first: int) -> FloatArray:
+        """(3,) the conormal at s, turned round where the curve runs against the first one."""
+        along = np.sum(self.frames[candidate, :, :, 0] * self.frames[first, :, :, 0])
         v = self._interpolate(self.frames[candidate, :, :, 1], s)
-        return np.asarray(v / np.linalg.norm(v))
+        return np.asarray(np.copysign(1.0, along) * v / np.linalg.norm(v))
 
     def _interpolate(self, values: FloatArray, s: float) -> FloatArray:
         return np.array([np.interp(s, self.nodes, values[:, k]) for k in range(3)])
@@ -55,7 +56,7 @@ class Link:
     """X_j(t) - X_i(s) = target, roughly; j None: X_i(s) = target, a place in the workpiece.
 
     target: a vector in the workpiece frame; or, with `side`, this many metres
-    along the mean conormal of the two points.
+    to the left of the two points, as seen along the first pass.
     """
 
     i: int
@@ -171,8 +172,9 @@ def _sides(curves: Curves, links: list[Link], choice: IntArray) -> tuple[FloatAr
         other = int(choice[link.j])
         turned[row] = curves.point(other, link.t) - curves.point(one, link.s)
         if link.side:
-            mean = curves.conormal(one, link.s) + curves.conormal(other, link.t)
-            turned[row] -= link.side * mean / max(float(np.linalg.norm(mean)), 1e-9)
+            first = int(choice[0])
+            left = curves.left(one, link.s, first) + curves.left(other, link.t, first)
+            turned[row] -= link.side * left / max(float(np.linalg.norm(left)), 1e-9)
     return turned, fixed
 
 

@@ -178,17 +178,23 @@ class AcrossSet:
     sigma: FloatArray
 
     def rows(self, placed: Placed) -> Rows:
-        """The chord along the mean tangent, (X_j(t) - X_i(s)) . (tau_i + tau_j)/|…| / sigma."""
+        """The chord along the mean tangent, (X_j(t) - X_i(s)) . (tau_i + tau_j)/|…| / sigma.
+
+        tau_j is taken backwards where the second pass runs against the first.
+        """
         one, other = sample(placed, self.i, self.at[:, 0]), sample(placed, self.j, self.at[:, 1])
-        both = one.frames[:, :, 0] + other.frames[:, :, 0]
+        ahead_one, ahead_other = one.frames[:, :, 0], other.frames[:, :, 0]
+        against = np.sum(ahead_one * ahead_other, axis=1, keepdims=True) < 0
+        ahead_other = np.where(against, -ahead_other, ahead_other)
+        both = ahead_one + ahead_other
         length = np.linalg.norm(both, axis=1, keepdims=True)
         mean = both / length
         chord = other.points - one.points
         along = np.sum(chord * mean, axis=1, keepdims=True)
         # The mean tangent turns with the passes: c . (turn x tau) = (tau x c) . turn
         rest = (chord - along * mean) / length
-        lean_one = np.cross(one.frames[:, :, 0], rest)[:, None, :]
-        lean_other = np.cross(other.frames[:, :, 0], rest)[:, None, :]
+        lean_one = np.cross(ahead_one, rest)[:, None, :]
+        lean_other = np.cross(ahead_other, rest)[:, None, :]
         ahead, scale = mean[:, None, :], (1 / self.sigma)[:, None, None]
         first = (lean_one @ one.turns - ahead @ one.moves) * scale
         second = (lean_other @ other.turns + ahead @ other.moves) * scale

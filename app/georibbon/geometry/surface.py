@@ -34,13 +34,16 @@ STRETCH_SHARE = 0.35
 TWIST_SHARE = 0.2
 
 
+SHORTEST = 1e-6  # m; finer than any file can tell
+
+
 @dataclass(frozen=True)
 class SurfaceSettings:
     """How the surface is made into triangles.
 
     tolerance: metres, how far triangles may leave the patches.  thickness:
     metres, of a closed solid whose outer face the surface is; None for none.
-    Raises SettingsError unless both are positive numbers.
+    Raises SettingsError unless both are at least a thousandth of a millimetre.
     """
 
     tolerance: float = 5e-5
@@ -48,10 +51,10 @@ class SurfaceSettings:
 
     def __post_init__(self) -> None:
         for name, value in (("tolerance", self.tolerance), ("thickness", self.thickness)):
-            if value is not None and not (np.isfinite(value) and value > 0.0):
+            if value is not None and not (np.isfinite(value) and value >= SHORTEST):
                 raise SettingsError(
-                    f"the surface's {name} is {value} m, it must be a length greater than zero: "
-                    "choose one"
+                    f"the surface's {name} is {1e3 * value:g} mm; it must be a length of at least "
+                    f"{1e3 * SHORTEST:g} mm"
                 )
 
 

@@ -40,6 +40,10 @@ def read_recording(path: Path) -> Recording:
     if kind != "folder":
         raise RecordingError(f"{path}: this is no folder; give the folder of a recording")
     root = path.resolve()
+    if not (root / TOML_NAME).exists():
+        raise RecordingError(
+            f"{path}: there is no {TOML_NAME} in this folder; give the folder of a recording"
+        )
     outline = _read_toml(root)
     readings, room = [], MAX_RECORDING
     for place, file in zip(_places(root, outline), outline.files, strict=True):
