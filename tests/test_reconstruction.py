@@ -155,6 +155,16 @@ def test_a_survey_that_contradicts_the_readings_is_refused(made):
         run(made, recording=replace(made.recording, marks=marks))
 
 
+def test_marks_that_are_all_a_little_off_are_no_contradiction(made):
+    """Named, but not refused: they were given as surer than they are."""
+    marks = tuple(
+        replace(mark, sigma=1e-4, position=tuple(np.multiply(mark.position, 1.02)))
+        for mark in made.recording.marks
+    )
+    result = run(made, recording=replace(made.recording, marks=marks))
+    assert [one.code for one in result.notices].count("survey-outlier") > 3
+
+
 def test_a_tie_without_a_crossing_is_left_out_and_named():
     made = simulated(layout=LayoutSettings(passes=3, ties=1))
     recording = replace(made.recording, crossings=())
@@ -231,6 +241,11 @@ def test_neighbours_change_the_curves_a_little(made):
 def test_smoothing_is_set_by_name_or_for_all_others(made):
     result = run(made, ReconstructionSettings(smoothing={"P2": 0.1, "*": 0.2}, surface=None))
     np.testing.assert_allclose([one.smoothing for one in result.passes], [0.2, 0.1, 0.2])
+
+
+def test_the_smoothing_of_all_others_is_called_that():
+    with pytest.raises(SettingsError, match="smoothing of all passes is 0 mm"):
+        ReconstructionSettings(smoothing={"*": 0.0})
 
 
 @pytest.mark.parametrize("length", [0.0, 0.0005, -0.1, 10.1, np.nan, np.inf])

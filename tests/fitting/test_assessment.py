@@ -27,10 +27,10 @@ NAMES = [sensor.name for sensor in RIBBON.sensors]
 AXES = np.array([np.arange(3) < sensor.axes for sensor in RIBBON.sensors])
 
 
-def capture(count=4):
+def capture(count=4, of=RIBBON):
     shape = wavy(GRID, FLAT).take([0] * count)
-    made, calibrated = recording(RIBBON, shape), calibration(RIBBON)
-    return prepare(made, calibrated, screen(RIBBON, made.passes, calibrated))
+    made, calibrated = recording(of, shape), calibration(of)
+    return prepare(made, calibrated, screen(of, made.passes, calibrated))
 
 
 CAPTURE = capture()
@@ -199,3 +199,24 @@ def test_the_worst_finding_is_the_verdict_and_all_as_bad_are_told():
     passes, _ = outcome({(0, "A02"): 30.0}, captured=moved, ambiguous=(True, False, False, False))
     assert passes[0].verdict == "redo"
     assert passes[0].reason == "the ribbon moved while it was read; two shapes fit alike"
+
+
+def on_wall(share):
+    """Frames of which a share faces sideways."""
+    frames = np.tile(np.eye(3), (4, len(GRID.nodes), 1, 1))
+    steep = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    frames[2, : round(share * len(GRID.nodes))] = steep
+    return frames
+
+
+def test_a_steep_pass_of_a_two_axis_ribbon_is_told():
+    passes, notices = outcome(frames=on_wall(0.7))
+    assert codes(notices) == [("steep-wall", "P3", None)]
+    assert "3-axis" in notices[0].message
+    assert passes[2].verdict == "good"
+    assert outcome(frames=on_wall(0.4))[1] == ()
+
+
+def test_a_three_axis_ribbon_may_lie_on_walls():
+    three = capture(of=ribbon(16, 3))
+    assert assess(three, fit(frames=on_wall(0.7)), {})[1] == ()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laid import both, constant, placed, ribbon, shape_of, sphere, wavy
 
-from georibbon.fitting.grid import make_grid
+from georibbon.fitting.grid import Shape, integrate_frames, make_grid
 from georibbon.fitting.placing import (
     DRIFT_SIGMA,
     MOST_COMBINATIONS,
@@ -109,9 +109,9 @@ def test_a_side_is_along_the_mean_conormal_whatever_the_heading(side):
         start = [about_z(-heading) @ curves.point(p, 0.15) + found.origins[p] for p in range(2)]
         chord = start[1] - start[0]
         assert np.linalg.norm(chord) == pytest.approx(0.1, abs=1e-6)
-        conormal = about_z(-heading) @ curves.conormal(0, 0.15)
+        conormal = about_z(-heading) @ curves.left(0, 0.15, 0)
         assert side * (chord @ conormal) > 0.099
-    left = np.diff(origin, axis=0)[0] @ curves.conormal(0, 0.0)
+    left = np.diff(origin, axis=0)[0] @ curves.left(0, 0.0, 0)
     assert left > 0  # the second great circle was laid to the left of the first
 
 
@@ -267,4 +267,18 @@ def test_points_and_conormals_between_nodes():
     np.testing.assert_allclose(
         curves.point(1, middle), 0.5 * (curves.points[1, 3] + curves.points[1, 4]), atol=1e-12
     )
-    assert np.linalg.norm(curves.conormal(1, middle)) == pytest.approx(1.0)
+    assert np.linalg.norm(curves.left(1, middle, 1)) == pytest.approx(1.0)
+    np.testing.assert_allclose(curves.left(1, GRID.nodes[3], 1), curves.frames[1, 3, :, 1])
+
+
+def test_left_is_left_of_the_first_pass_for_passes_that_run_against_it():
+    shape, _ = sphere(GRID, 0.5, (0.0, 0.1))
+    about = np.diag([-1.0, -1.0, 1.0])
+    frames = integrate_frames(GRID, shape)
+    back = Shape(np.stack([shape.start[0], frames[1, -1] @ about]), shape.rates)
+    forth, against = curves_of(shape), curves_of(back)
+    np.testing.assert_allclose(against.left(1, LENGTH - 0.1, 0), forth.left(1, 0.1, 0), atol=1e-9)
+    links = [Link(0, 0.0, 1e-3), Link(0, 0.15, 1e-3, 1, LENGTH - 0.15, side=0.1)]
+    found = place_rigidly(against, links, 0.0, np.arange(2))
+    chord = against.point(1, LENGTH - 0.15) + found.origins[1] - against.point(0, 0.15)
+    assert chord @ forth.left(0, 0.15, 0) > 0.099
