@@ -162,7 +162,7 @@ def test_marks_that_are_all_a_little_off_are_no_contradiction(made):
         for mark in made.recording.marks
     )
     result = run(made, recording=replace(made.recording, marks=marks))
-    assert [one.code for one in result.notices].count("survey-outlier") > 3
+    assert [one.code for one in result.notices].count("survey-outlier") >= 3
 
 
 def test_a_tie_without_a_crossing_is_left_out_and_named():
