@@ -270,7 +270,7 @@ def test_a_pipe_is_refused_and_not_waited_for(place):
 
 def test_no_recording_toml_is_refused(place):
     (place / "recording.toml").unlink()
-    assert "recording.toml: the file is missing" in refused(place)
+    assert "there is no recording.toml in this folder" in refused(place)
 
 
 @pytest.mark.parametrize("name", ["nothing", "made/recording.toml", "n" * 5000, "a\0b"])

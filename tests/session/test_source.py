@@ -33,7 +33,7 @@ def test_it_is_read_whatever_its_name(places, name):
     [
         ("nothing", "no such folder or file"),
         ("folder.georibbon/passes/p1.csv", "one file of a recording"),
-        ("folder.georibbon/passes", "recording.toml: the file is missing"),
+        ("folder.georibbon/passes", "there is no recording.toml in this folder"),
         ("text.txt", "no Georibbon session"),
     ],
 )

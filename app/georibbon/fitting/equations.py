@@ -146,7 +146,7 @@ def _require_held(survey: Survey, held: _Groups, anchor: int | None) -> None:
     """Every pass must be in the workpiece's group, or without marks in the largest."""
     names = list(survey.number)
     groups = [held.find(k) for k in range(len(names))]
-    if anchor is None and len(set(groups)) == len(names):
+    if anchor is None and len(set(groups)) == len(names) > 1:
         raise FitError(
             "the survey holds no pass to another, so nothing says where they lie: add marks "
             "([[mark]]), distances between neighbours ([[distance]]) or tie passes with their "

@@ -186,7 +186,10 @@ def fit_paper(capture: Capture) -> PassesFit:
         frames=frames,
         covariance=variances[..., None, None] * np.eye(3),
         normal_sigma=np.full(points.shape[:2], sigma),
-        residuals=whitened_residuals(capture.problem, curves.frames[placing.choice]),
+        residuals=whitened_residuals(
+            replace(capture.problem, noise=replace(capture.problem.noise, contact=sigma)),
+            curves.frames[placing.choice],
+        ),
         present=capture.observations.present,
         lengths=np.zeros(len(points)),
         ambiguous=(False,) * len(points),
@@ -220,17 +223,13 @@ def _adjust(
     state = descend(firm, State(start, placing.origins, problem.expected))
     if not settings.neighbours:
         state = descend(problem, state)
-    else:
-        passes = [k for k, one in enumerate(capture.recording.passes) if one.kind == "pass"]
-        for _ in range(NEIGHBOUR_ROUNDS):
-            relation = relate(place(problem, state), passes)
-            if relation is None:
-                break
-            related = with_survey(problem, relation)
-            state = descend(related, state)
-        else:
-            problem = related
-    return _Minimum(problem, state, cost_of(problem, state))
+        return _Minimum(problem, state, cost_of(problem, state))
+    passes = [k for k, one in enumerate(capture.recording.passes) if one.kind == "pass"]
+    for _ in range(NEIGHBOUR_ROUNDS):
+        relation = relate(place(problem, state), passes)
+        related = problem if relation is None else with_survey(problem, relation)
+        state = descend(related, state)
+    return _Minimum(related, state, cost_of(related, state))
 
 
 def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placing) -> JointProblem:

@@ -62,7 +62,7 @@ def make_plan(recording: Recording, curves: Curves) -> Plan:
             notices.append(_heading_notice(bool(assumed)))
             if not assumed:
                 heading, sigma = 0.0, FIXED
-        if heading is not None and _disagree(heading, told):
+        elif heading is not None and _disagree(heading, told):
             notices.append(_disagreement_notice(heading, told.heading))
             heading, sigma = None, FREE
     if survey.loose:

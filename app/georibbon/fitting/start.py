@@ -78,10 +78,10 @@ class _Chains:
 
 def _chains(problem: StripProblem) -> _Chains:
     array, grid = problem.array, problem.grid
+    # One magnetometer a place: of two at one place (left and right edge) one is enough to start.
     magnetometers = np.flatnonzero(array.field & array.used)
-    order = np.argsort(grid.nodes[grid.sensor_nodes[magnetometers]], kind="stable")
-    magnetometers = magnetometers[order]
-    nodes = grid.sensor_nodes[magnetometers]
+    nodes, first = np.unique(grid.sensor_nodes[magnetometers], return_index=True)
+    magnetometers = magnetometers[first]
     level = to_up(gravity_at(problem, grid.nodes[nodes]))
     misfit = _misfits(problem, magnetometers, level)
     transition = _transitions(level, np.diff(grid.nodes[nodes]))
@@ -97,6 +97,7 @@ def gravity_at(problem: StripProblem, places: FloatArray) -> FloatArray:
     """(b, k, 3) the up direction in the ribbon's frame, interpolated between accelerometers."""
     array, observations = problem.array, problem.observations
     indices = np.flatnonzero(~array.field)
+    indices = indices[np.argsort(problem.grid.sensor_nodes[indices], kind="stable")]
     where = problem.grid.nodes[problem.grid.sensor_nodes[indices]]
     inverse = np.linalg.pinv(array.gain[indices])
     up = (inverse @ observations.values[:, indices, :, None])[..., 0]
@@ -156,6 +157,8 @@ def _distinct_paths(chains: _Chains, p: int) -> list[FloatArray]:
     through = chains.through[p]
     local = (through <= np.roll(through, 1, axis=1)) & (through < np.roll(through, -1, axis=1))
     local &= through <= through.min() + _KEEP_WITHIN
+    if not local.any():  # every heading is as good: readings far off, or an upright field
+        local.flat[np.argmin(through)] = True
     places, headings = np.nonzero(local)
     order = np.argsort(through[places, headings], kind="stable")
     kept: list[FloatArray] = []

@@ -50,8 +50,8 @@ def site_orientations(problem: StripProblem, starts: Starts) -> list[Sites]:
         present = problem.observations.present[p]
         magnetometers = np.flatnonzero(array.field & present)
         nodes = grid.sensor_nodes[magnetometers]
-        order = np.argsort(nodes, kind="stable")
-        magnetometers, nodes = magnetometers[order], nodes[order]
+        nodes, first = np.unique(nodes, return_index=True)
+        magnetometers = magnetometers[first]
         one = problem.take([int(p)])
         level = to_up(gravity_at(one, grid.nodes[nodes])[0])
         turned, misfit = _headings(one, magnetometers, level, frames[k, nodes])

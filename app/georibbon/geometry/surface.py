@@ -34,7 +34,8 @@ STRETCH_SHARE = 0.35
 TWIST_SHARE = 0.2
 
 
-SHORTEST = 1e-6  # m; finer than any file can tell
+LEAST_TOLERANCE = 1e-8  # m; finer than single precision tells in a file
+LEAST_THICKNESS = 1e-5  # m; below it both sides fall together in a file
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,21 @@ class SurfaceSettings:
 
     tolerance: metres, how far triangles may leave the patches.  thickness:
     metres, of a closed solid whose outer face the surface is; None for none.
-    Raises SettingsError unless both are at least a thousandth of a millimetre.
+    Raises SettingsError for lengths too small to mean anything in a file.
     """
 
     tolerance: float = 5e-5
     thickness: float | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("tolerance", self.tolerance), ("thickness", self.thickness)):
-            if value is not None and not (np.isfinite(value) and value >= SHORTEST):
+        for name, value, least in (
+            ("tolerance", self.tolerance, LEAST_TOLERANCE),
+            ("thickness", self.thickness, LEAST_THICKNESS),
+        ):
+            if value is not None and not (np.isfinite(value) and value >= least):
                 raise SettingsError(
                     f"the surface's {name} is {1e3 * value:g} mm; it must be a length of at least "
-                    f"{1e3 * SHORTEST:g} mm"
+                    f"{1e3 * least:g} mm"
                 )
 
 
