@@ -170,7 +170,7 @@ class Stages:
 
 
 def _same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
-    plain = (bool, int, float, str, type(None), tuple)
+    plain = (bool, int, float, str, type(None), tuple, SurfaceSettings)
     return len(one) == len(other) and all(
         a is b or (isinstance(a, plain) and type(a) is type(b) and a == b)
         for a, b in zip(one, other, strict=True)

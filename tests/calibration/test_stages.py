@@ -9,18 +9,16 @@ from scipy.spatial.transform import Rotation
 
 from georibbon.calibration import magnetometers as field
 from georibbon.calibration.accelerometers import directions_of, fit_accelerometers, tangents
-from georibbon.calibration.gauge import FACE, exponential, fit_gauge, settle
+from georibbon.calibration.gauge import FACE, fit_gauge, settle
 from georibbon.calibration.labels import check_headings, describe, roll_pitch
 from georibbon.calibration.poses import (
     Attitudes,
     attitudes,
     block,
-    rotation_x,
-    rotation_y,
-    rotation_z,
 )
 from georibbon.calibration.quality import coverage
 from georibbon.calibration.separable import median_of, robust_weights
+from georibbon.rotations import about_x, about_y, about_z, exp
 from georibbon.stillness import still_means
 
 
@@ -42,9 +40,7 @@ def stages(bar):
     return asked, first, magnetometers, second
 
 
-@pytest.mark.parametrize(
-    ("turn", "axis"), [(rotation_x, "x"), (rotation_y, "y"), (rotation_z, "z")]
-)
+@pytest.mark.parametrize(("turn", "axis"), [(about_x, "x"), (about_y, "y"), (about_z, "z")])
 def test_rotations_are_those_of_scipy(turn, axis):
     angles = np.linspace(-3.0, 3.0, 7)
     expected = Rotation.from_euler(axis, angles[:, None]).as_matrix()
@@ -53,7 +49,7 @@ def test_rotations_are_those_of_scipy(turn, axis):
 
 @pytest.mark.parametrize("w", [np.zeros(3), np.array([0.3, -0.2, 1.0]), np.array([1e-14, 0, 0])])
 def test_the_exponential_is_that_of_scipy(w):
-    np.testing.assert_allclose(exponential(w), Rotation.from_rotvec(w).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(exp(w), Rotation.from_rotvec(w).as_matrix(), atol=1e-15)
 
 
 def test_the_nominal_attitude_is_as_the_format_says():
@@ -125,7 +121,7 @@ def test_the_mirror_solution_is_turned_back(stages):
 
 def frames_on_table(rotation, tilt, roll, heading):
     table = Rotation.from_rotvec([*tilt, 0.0]).as_matrix()
-    return table @ rotation_z(heading) @ rotation_x(roll) @ rotation.T
+    return table @ about_z(heading) @ about_x(roll) @ rotation.T
 
 
 ROLL = np.repeat(np.radians([0.0, 90, 180, 270]), 2)

@@ -21,10 +21,10 @@ from georibbon.fitting.equations import (
 from georibbon.fitting.grid import make_grid
 from georibbon.fitting.placing import Curves
 from georibbon.fitting.planning import FIXED, FREE, KNOWN_HEADING_SIGMA, make_plan
-from georibbon.fitting.rotations import about_z
 from georibbon.fitting.survey import AcrossSet, ChordSet, CrossingSet, DistanceSet, MarkSet
 from georibbon.recording import Crossing, Distance, Mark, Pass, Recording, Workpiece
 from georibbon.ribbon import Readings
+from georibbon.rotations import about_z
 
 RIBBON = ribbon(8)
 GRID = make_grid(RIBBON)

@@ -33,10 +33,10 @@ from georibbon.fitting.fit import (
     prepare,
 )
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
-from georibbon.fitting.rotations import about_z, exp
 from georibbon.fitting.screening import screen
 from georibbon.recording import Crossing, Distance, Mark, Workpiece
 from georibbon.ribbon import Ribbon, Sensor
+from georibbon.rotations import about_z, exp
 from georibbon.simulation.scoring import rigid_motion
 
 RIBBON, RIBBON3 = ribbon(16), ribbon(16, 3)

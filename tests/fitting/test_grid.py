@@ -21,8 +21,8 @@ from georibbon.fitting.grid import (
     integrate_positions,
     make_grid,
 )
-from georibbon.fitting.rotations import log, skew
 from georibbon.ribbon import Ribbon, Sensor
+from georibbon.rotations import log, skew
 
 GRID = make_grid(ribbon(12))
 seeds = st.integers(0, 10**6)

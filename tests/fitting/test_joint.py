@@ -37,10 +37,10 @@ from georibbon.fitting.joint import (
     with_survey,
 )
 from georibbon.fitting.result import normal_sigma, of_adjustment, position_covariance
-from georibbon.fitting.rotations import about_z, exp
 from georibbon.fitting.sensing import Noise
 from georibbon.fitting.strip import ROBUST_LIMIT, field_direction
 from georibbon.fitting.survey import ChordSet, CrossingSet, DistanceSet, MarkSet
+from georibbon.rotations import about_z, exp
 
 RIBBON = ribbon(10)
 GRID = make_grid(RIBBON)

@@ -6,9 +6,9 @@ from laid import placed, plane, ribbon, sphere
 
 from georibbon.fitting.grid import Shape, make_grid
 from georibbon.fitting.neighbours import DOUBT, LEAST_SIGMA, SPACING, relate
-from georibbon.fitting.rotations import exp
 from georibbon.fitting.survey import Placed
 from georibbon.reconstruction import ReconstructionSettings, reconstruct
+from georibbon.rotations import exp
 from georibbon.simulation import (
     LayoutSettings,
     RibbonSettings,

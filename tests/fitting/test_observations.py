@@ -8,7 +8,6 @@ from laid import both, constant, placed, random_shape, ribbon, shape_of, wavy, w
 
 from georibbon.fitting import grid as rooms
 from georibbon.fitting.grid import Shape, make_grid
-from georibbon.fitting.rotations import exp
 from georibbon.fitting.survey import (
     CROSSING_NORMAL_SIGMA,
     AcrossSet,
@@ -18,6 +17,7 @@ from georibbon.fitting.survey import (
     MarkSet,
     sample,
 )
+from georibbon.rotations import exp
 
 GRID = make_grid(ribbon(12))
 LENGTH = float(GRID.nodes[-1])

@@ -15,7 +15,7 @@ from georibbon.fitting.placing import (
     best_placings,
     place_rigidly,
 )
-from georibbon.fitting.rotations import about_z, exp
+from georibbon.rotations import about_z, exp
 
 GRID = make_grid(ribbon(12))
 LENGTH = float(GRID.nodes[-1])

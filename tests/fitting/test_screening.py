@@ -199,8 +199,25 @@ def test_a_pass_too_short_to_show_that_it_lay_still_is_told(frames):
     assert screen(RIBBON, passes(frames=STILL_FRAMES), CALIBRATION).notices == ()
 
 
-def test_constant_counts_everywhere_are_dead_and_not_moved():
+def test_constant_counts_in_all_passes_are_dead_and_not_moved():
     nothing = Readings(np.arange(20) / 100, np.ones((20, len(RIBBON.columns))))
-    found = screen(RIBBON, [Pass("P1", "pass", nothing)], CALIBRATION)
-    assert found.moved == (False,)
+    found = screen(RIBBON, [Pass(f"P{k}", "pass", nothing) for k in (1, 2)], CALIBRATION)
+    assert found.moved == (False, False)
     assert {notice.code for notice in found.notices} == {"sensor-dead"}
+    assert not np.isfinite(found.mean).any()
+
+
+def test_sensors_too_quiet_to_move_a_count_are_not_dead():
+    quiet = [
+        Pass(
+            one.name,
+            one.kind,
+            Readings(
+                one.readings.t, np.repeat(one.readings.counts[:1], len(one.readings.t), axis=0)
+            ),
+        )
+        for one in passes(frames=20)
+    ]
+    found = screen(RIBBON, quiet, CALIBRATION)
+    assert found.notices == ()
+    assert np.isfinite(found.mean).all()

@@ -10,9 +10,9 @@ from laid import FLAT, calibration, counts, lay, ribbon, wavy
 
 from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.fitting.grid import make_grid
-from georibbon.fitting.rotations import exp
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe, whitening
 from georibbon.fitting.strip import field_direction
+from georibbon.rotations import exp
 
 RIBBON = ribbon(4)
 

@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 
 from georibbon.fitting.candidates import KEEP_WITHIN, find_candidates, stack, with_borrowed
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
-from georibbon.fitting.rotations import about_z, exp
 from georibbon.fitting.start import find_starts, gravity_at
 from georibbon.fitting.strip import evaluate, sensed_vectors, whiten
+from georibbon.rotations import about_z, exp
 
 # Degrees, at the worst place of a ribbon of half a metre: four standard deviations at its ends.
 NEAR = 7.0

@@ -26,7 +26,6 @@ from georibbon.fitting.grid import (
     integrate_positions,
     make_grid,
 )
-from georibbon.fitting.rotations import about_z, exp, log
 from georibbon.fitting.sensing import Noise
 from georibbon.fitting.smoothing import information_density, weight_of_length
 from georibbon.fitting.strip import (
@@ -47,6 +46,7 @@ from georibbon.fitting.strip import (
     whiten,
     whitened_residuals,
 )
+from georibbon.rotations import about_z, exp, log
 
 RIBBON = ribbon(16)
 GRID = make_grid(RIBBON)

@@ -24,7 +24,6 @@ from laid import (
 from georibbon.fitting.fit import fit_paper, prepare
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
 from georibbon.fitting.placing import Link, place_rigidly
-from georibbon.fitting.rotations import exp
 from georibbon.fitting.screening import screen
 from georibbon.fitting.start import Starts, find_starts
 from georibbon.fitting.tangents import (
@@ -33,6 +32,7 @@ from georibbon.fitting.tangents import (
     position_variances,
     site_orientations,
 )
+from georibbon.rotations import exp
 
 RIBBON = ribbon(16, 3)
 GRID = make_grid(RIBBON)

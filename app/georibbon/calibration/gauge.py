@@ -13,7 +13,7 @@ import numpy as np
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.calibration.accelerometers import tangents
 from georibbon.calibration.magnetometers import levelled
-from georibbon.calibration.poses import rotation_x, rotation_z
+from georibbon.rotations import about_x, about_z, exp, skew
 
 # Standard deviations, radians: how squarely a face lies on the table, and how
 # level a table is before anything is measured.
@@ -47,24 +47,6 @@ class Gauge:
     square: FloatArray
 
 
-def skew(v: FloatArray) -> FloatArray:
-    """(n, 3, 3) the matrices [v] with [v] w = v x w."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, [2, 0, 1], [1, 2, 0]] = v
-    out[:, [1, 2, 0], [2, 0, 1]] = -v
-    return out
-
-
-def exponential(w: FloatArray) -> FloatArray:
-    """(3, 3) the rotation by the vector w, radians (Rodrigues)."""
-    angle = float(np.linalg.norm(w))
-    k = skew(w[None])[0]
-    if angle < 1e-12:
-        return np.asarray(np.eye(3) + k)
-    first, second = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
-    return np.asarray(np.eye(3) + first * k + second * k @ k)
-
-
 def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
     """The gauge from the poses' frames (p, 3, 3), solution frame to world.
 
@@ -73,7 +55,7 @@ def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
     heading psi comes along.
     """
     places = np.flatnonzero(table)
-    faces = rotation_x(roll[places])
+    faces = about_x(roll[places])
     up = frames[places][:, 2, :]
     rotation, tilt = np.eye(3), np.zeros(2)
     jacobian = np.zeros((len(places), 3, 5))
@@ -82,13 +64,13 @@ def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
         normal = np.append(tilt, np.sqrt(1.0 - tilt @ tilt))
         level = levelled(np.eye(3)[None], normal[None])[0]
         forward = (frames[places] @ rotation @ faces.mT)[:, :, 0] @ level
-        turns = faces.mT @ rotation_z(-np.arctan2(forward[:, 1], forward[:, 0]))
+        turns = faces.mT @ about_z(-np.arctan2(forward[:, 1], forward[:, 0]))
         seen = up @ rotation
         residual = seen - turns @ normal
         jacobian[:, :, :3] = skew(seen)
         jacobian[:, :, 3:] = -turns[:, :, :2]
         step = -np.linalg.lstsq(jacobian.reshape(-1, 5), residual.ravel(), rcond=1e-4)[0]
-        rotation, tilt = rotation @ exponential(step[:3]), tilt + step[3:]
+        rotation, tilt = rotation @ exp(step[:3]), tilt + step[3:]
         if np.abs(step).max() < 1e-13:
             break
     off = np.full(len(table), np.nan)

@@ -13,7 +13,7 @@ import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.accelerometers import prior_of
-from georibbon.calibration.poses import UP, Block, rotation_z
+from georibbon.calibration.poses import UP, Block
 from georibbon.calibration.separable import (
     Adjusted,
     Directions,
@@ -24,6 +24,7 @@ from georibbon.calibration.separable import (
     linear_fit,
     median_of,
 )
+from georibbon.rotations import about_z
 
 NOISE = 5e-3  # of the field: one unit of weight
 GAIN_SPREAD = 0.3
@@ -232,5 +233,5 @@ def fit_magnetometers(
 
 
 def _result(found: Adjusted, frames: FloatArray) -> StageB:
-    turned = rotation_z(found.q[:-1])
+    turned = about_z(found.q[:-1])
     return StageB(found.q[:-1], float(found.q[-1]), turned @ frames, found)

@@ -9,32 +9,12 @@ from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import CalibrationError
 from georibbon.recording import Pose
 from georibbon.ribbon import Ribbon, SensorKind
+from georibbon.rotations import about_x, about_y
 from georibbon.stillness import StillMeans
 
 # A pose in which fewer axes of a kind gave values is left out.
 LEAST_SHARE = 0.5
 UP = np.array([0.0, 0.0, 1.0])
-
-
-def rotation_x(angle: FloatArray) -> FloatArray:
-    """(n, 3, 3) rotations about x by (n,) angles, radians."""
-    c, s = np.cos(angle), np.sin(angle)
-    one, zero = np.ones_like(c), np.zeros_like(c)
-    return np.stack([one, zero, zero, zero, c, -s, zero, s, c], axis=-1).reshape(-1, 3, 3)
-
-
-def rotation_y(angle: FloatArray) -> FloatArray:
-    """(n, 3, 3) rotations about y by (n,) angles, radians."""
-    c, s = np.cos(angle), np.sin(angle)
-    one, zero = np.ones_like(c), np.zeros_like(c)
-    return np.stack([c, zero, s, zero, one, zero, -s, zero, c], axis=-1).reshape(-1, 3, 3)
-
-
-def rotation_z(angle: FloatArray) -> FloatArray:
-    """(n, 3, 3) rotations about z by (n,) angles, radians."""
-    c, s = np.cos(angle), np.sin(angle)
-    one, zero = np.ones_like(c), np.zeros_like(c)
-    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(-1, 3, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +35,7 @@ class Attitudes:
     @property
     def level(self) -> FloatArray:
         """(p, 3, 3) Ry(-pitch) Rx(roll): the attitudes before they are turned to a heading."""
-        return rotation_y(-self.pitch) @ rotation_x(self.roll)
+        return about_y(-self.pitch) @ about_x(self.roll)
 
     @property
     def up(self) -> FloatArray:

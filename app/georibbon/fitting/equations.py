@@ -26,7 +26,7 @@ from georibbon.recording import Recording
 # Points between which a distance was measured lie across from each other, to this along the
 # passes, and to this square to the surface.  Neighbours tell a slide of a pass along itself to a
 # few mm only; a technician who measures between starts has them in line better than that.
-ACROSS_SIGMA = 0.004
+ACROSS_SIGMA = 0.003
 LEVEL_SIGMA = 0.003
 ALIKE_PLACES = 0.05  # m
 SLACK = 0.02  # m, what a slip of the tape may be; the fit names it

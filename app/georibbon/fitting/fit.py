@@ -32,7 +32,6 @@ from georibbon.fitting.neighbours import relate
 from georibbon.fitting.placing import Curves, Placing
 from georibbon.fitting.planning import FIXED, FREE, Plan, make_plan
 from georibbon.fitting.result import PassesFit, of_adjustment
-from georibbon.fitting.rotations import about_z
 from georibbon.fitting.screening import Screened
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe
 from georibbon.fitting.smoothing import information_density, length_of_weight
@@ -52,6 +51,7 @@ from georibbon.fitting.tangents import (
 )
 from georibbon.notices import Notice
 from georibbon.recording import Recording
+from georibbon.rotations import about_z
 
 LEAST_ACCELEROMETERS = 3
 LEAST_MAGNETOMETERS = 3

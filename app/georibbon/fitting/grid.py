@@ -15,8 +15,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from georibbon.arrays import FloatArray, IntArray
-from georibbon.fitting.rotations import exp, exp_and_jacobian, skew
 from georibbon.ribbon import Ribbon
+from georibbon.rotations import exp, exp_and_jacobian, skew
 
 LONGEST_STEP = 0.015  # m; the frames' discretisation error is then below 0.01 degrees
 SENSORS_PER_KNOT = 2  # a spline interval for every two sensors: what they can resolve

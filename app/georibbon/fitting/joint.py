@@ -24,7 +24,6 @@ from georibbon.fitting.grid import (
     integrate_frames,
     integrate_positions,
 )
-from georibbon.fitting.rotations import skew
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
 from georibbon.fitting.strip import (
     field_direction,
@@ -36,6 +35,7 @@ from georibbon.fitting.strip import (
     sensed_vectors,
 )
 from georibbon.fitting.survey import Measurement, Observation, Placed, Rows
+from georibbon.rotations import skew
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from itertools import product
 import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
-from georibbon.fitting.rotations import about_z
 from georibbon.fitting.strip import linear_cost
+from georibbon.rotations import about_z
 
 # Beside the observation's own sigma: how far a single pass's curve drifts (about 4 mm in 1 m).
 DRIFT_SIGMA = 0.005

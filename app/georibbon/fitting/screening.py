@@ -12,12 +12,14 @@ from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.model import Calibration
 from georibbon.notices import Notice
 from georibbon.recording import Pass
-from georibbon.ribbon import Readings, Ribbon
+from georibbon.ribbon import Readings, Ribbon, SensorKind
 from georibbon.stillness import still_means
 
 FULL_SCALE = 32767  # counts are signed 16-bit numbers on the wire
-# Frames alike to the last count that prove a sensor dead: a live one's noise moves it sooner.
+# Frames alike to the last count that prove a sensor dead where the others' noise moves them.
 ALIKE_FRAMES = 10
+KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
+MOST_QUIET = 0.5  # share of the sensors of a kind that may say the same in every frame
 MOST_RAILED = 0.1  # share of an axis's values at the end of its range
 STILL_FRAMES = 10  # fewer show neither spread nor drift
 LEAST_SPREAD = 1e-6  # g
@@ -42,20 +44,18 @@ class Screened:
 def screen(ribbon: Ribbon, passes: Sequence[Pass], calibration: Calibration) -> Screened:
     """Means of all passes, without dead, saturated or missing sensors."""
     means, sigmas, notices = [], [], []
+    frozen = _frozen(ribbon, passes)
     for one in passes:
         readings, railed = _without_railed(one.readings)
         still = still_means(readings)
         mean = still.mean.copy()
-        used = [i for i, model in enumerate(calibration.sensors) if model.used]
-        for i in used:
-            sensor, where = ribbon.sensors[i], ribbon.slices[i]
-            fault = _fault(readings.counts[:, where], railed[:, where])
-            if fault is not None:
-                code, words = fault
-                mean[where] = np.nan
-                message = f"pass {one.name}: sensor {sensor.name} {words}; it is left out there"
-                notices.append(Notice(code, message, one.name, sensor.name))
-                railed[:, where] = False
+        for i, (code, words) in _faults(ribbon, readings.counts, railed, frozen).items():
+            if calibration.sensors[i].used:
+                sensor = ribbon.sensors[i].name
+                message = f"pass {one.name}: sensor {sensor} {words}; it is left out there"
+                notices.append(Notice(code, message, one.name, sensor))
+            mean[ribbon.slices[i]] = np.nan
+            railed[:, ribbon.slices[i]] = False
         if railed.any():
             notices.append(_railed_notice(one, int(railed.sum())))
         means.append(mean)
@@ -63,6 +63,44 @@ def screen(ribbon: Ribbon, passes: Sequence[Pass], calibration: Calibration) -> 
     moved = _moved(ribbon, passes)
     notices += _still_notices(passes, moved)
     return Screened(np.array(means), np.array(sigmas), moved, tuple(notices))
+
+
+def _frozen(ribbon: Ribbon, passes: Sequence[Pass]) -> BoolArray:
+    """(sensors,) those that say one and the same in all of several passes."""
+    counts = np.concatenate([one.readings.counts for one in passes])
+    alike = _alike(counts) & (len(passes) > 1)
+    return np.array([alike[where].all() for where in ribbon.slices])
+
+
+def _alike(counts: FloatArray) -> BoolArray:
+    """(c,) columns of which all values, enough of them, are the same."""
+    present = np.isfinite(counts)
+    highest = np.where(present, counts, -np.inf).max(axis=0)
+    lowest = np.where(present, counts, np.inf).min(axis=0)
+    return np.asarray((present.sum(axis=0) >= ALIKE_FRAMES) & (highest == lowest))
+
+
+def _faults(
+    ribbon: Ribbon, counts: FloatArray, railed: BoolArray, frozen: BoolArray
+) -> dict[int, tuple[str, str]]:
+    """By the sensor's number a notice's code and words, for those that say nothing of use."""
+    frames, alike = np.isfinite(counts).sum(axis=0), _alike(counts)
+    stuck = np.array([alike[where].all() for where in ribbon.slices])
+    for kind in KINDS:
+        # Sensors that are all quiet are no fault: only one that is so among livelier ones.
+        mates = list(ribbon.indices(kind))
+        if mates and stuck[mates].mean() > MOST_QUIET:
+            stuck[mates] = False
+    stuck |= frozen
+    out: dict[int, tuple[str, str]] = {}
+    for i, where in enumerate(ribbon.slices):
+        if (railed[:, where].mean(axis=0) > MOST_RAILED).any():
+            out[i] = ("sensor-saturated", "is at the end of its range")
+        elif (frames[where] == 0).any():
+            out[i] = ("sensor-dead", "has an axis without a single value")
+        elif stuck[i]:
+            out[i] = ("sensor-dead", "says the same in every frame")
+    return out
 
 
 def _without_railed(readings: Readings) -> tuple[Readings, BoolArray]:
@@ -78,19 +116,6 @@ def _railed_notice(one: Pass, values: int) -> Notice:
         "range are left out; if this comes back, look at the ribbon's connection"
     )
     return Notice("values-saturated", message, one.name)
-
-
-def _fault(counts: FloatArray, railed: BoolArray) -> tuple[str, str] | None:
-    """A notice's code and words for a sensor (m, axes) that says nothing of use."""
-    if (railed.mean(axis=0) > MOST_RAILED).any():
-        return "sensor-saturated", "is at the end of its range"
-    present = np.isfinite(counts)
-    if not present.any(axis=0).all():
-        return "sensor-dead", "has an axis without a single value"
-    spread = np.nanmax(counts, axis=0) - np.nanmin(counts, axis=0)
-    if present.sum(axis=0).min() >= ALIKE_FRAMES and (spread == 0).all():
-        return "sensor-dead", "says the same in every frame"
-    return None
 
 
 def _moved(ribbon: Ribbon, passes: Sequence[Pass]) -> tuple[bool, ...]:

@@ -15,8 +15,8 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid, Shape, integrate_frames
-from georibbon.fitting.rotations import about_z, log, to_up
 from georibbon.fitting.strip import StripProblem
+from georibbon.rotations import about_z, log, to_up
 
 HEADINGS = 72
 # A reading against its frame: the ring's own coarseness (half a step is 2.5 degrees) and the

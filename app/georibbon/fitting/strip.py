@@ -15,8 +15,8 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid, Shape, Turns, differentiate_frames, integrate_frames
-from georibbon.fitting.rotations import skew
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
+from georibbon.rotations import skew
 
 UP = np.array([0.0, 0.0, 1.0])
 # A sensor counts fully up to this many standard deviations (3 % of good three-axis sensors exceed

@@ -11,7 +11,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid
-from georibbon.fitting.rotations import skew
+from georibbon.rotations import skew
 
 # Where two passes cross, both lie on one surface: there the curves meet to what contact leaves
 # and the normals agree.

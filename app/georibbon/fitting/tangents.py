@@ -14,10 +14,10 @@ import numpy as np
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid, integrate_frames
 from georibbon.fitting.placing import Curves, Link, Placing
-from georibbon.fitting.rotations import about_z, log, to_up
 from georibbon.fitting.start import Starts, gravity_at
 from georibbon.fitting.strip import StripProblem
 from georibbon.geometry.spherical import interpolate_frames
+from georibbon.rotations import about_z, log, to_up
 
 _NEWTON_STEPS = 8
 _LONGEST_TURN = np.radians(5.0)  # a step of the heading's search: the starts' ring is as coarse

@@ -120,12 +120,27 @@ def to_up(gravity: FloatArray) -> FloatArray:
     return exp(axis * np.arctan2(sine, z)[..., None])
 
 
-def about_z(angle: FloatArray | float) -> FloatArray:
-    """Rotations by the angles, radians counter-clockwise seen from above, about z."""
+def _about(angle: FloatArray | float, axis: int) -> FloatArray:
     a = np.asarray(angle, dtype=float)
+    one, other = (axis + 1) % 3, (axis + 2) % 3
     out = np.zeros((*a.shape, 3, 3))
-    out[..., 0, 0] = out[..., 1, 1] = np.cos(a)
-    out[..., 1, 0] = np.sin(a)
-    out[..., 0, 1] = -out[..., 1, 0]
-    out[..., 2, 2] = 1.0
+    out[..., one, one] = out[..., other, other] = np.cos(a)
+    out[..., other, one] = np.sin(a)
+    out[..., one, other] = -out[..., other, one]
+    out[..., axis, axis] = 1.0
     return out
+
+
+def about_x(angle: FloatArray | float) -> FloatArray:
+    """Right-handed rotations (…, 3, 3) by the angles (…), radians, about x."""
+    return _about(angle, 0)
+
+
+def about_y(angle: FloatArray | float) -> FloatArray:
+    """Right-handed rotations (…, 3, 3) by the angles (…), radians, about y."""
+    return _about(angle, 1)
+
+
+def about_z(angle: FloatArray | float) -> FloatArray:
+    """Rotations (…, 3, 3) by the angles (…), radians counter-clockwise from above, about z."""
+    return _about(angle, 2)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from georibbon.fitting.rotations import about_z, exp, exp_and_jacobian, log, skew, to_up
+from georibbon.rotations import about_z, exp, exp_and_jacobian, log, skew, to_up
 
 UP = np.array([0.0, 0.0, 1.0])
 components = st.floats(-1.0, 1.0, allow_subnormal=False)
