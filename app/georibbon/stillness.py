@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.ribbon import Readings
 
 # Few blocks make the estimate noisy, many make them shorter than the noise
 # remembers: ten is the usual compromise for windows of one to a few seconds.
 BLOCKS = 10
+FULL_SCALE = 32767
+MOST_RAILED = 0.1  # share of an axis's values at the end of its range; beyond it, it is saturated
 # The standard deviation of a value that was rounded to a whole count: the least
 # that a single frame can be known to, when all frames are equal.
 ROUNDING = 1.0 / np.sqrt(12.0)
@@ -35,6 +37,17 @@ class StillMeans:
     mean: FloatArray
     sigma: FloatArray
     frames: NDArray[np.int64]
+
+
+def without_railed(readings: Readings) -> tuple[Readings, BoolArray]:
+    """The readings without the values at the end of the range, and which these are (m, c).
+
+    Counts are signed 16-bit numbers on the wire: a value of 32767 or beyond is
+    a sensor at its end, or an error of the bus, and no measurement.
+    """
+    with np.errstate(invalid="ignore"):
+        railed = np.abs(readings.counts) >= FULL_SCALE
+    return Readings(readings.t, np.where(railed, np.nan, readings.counts)), railed
 
 
 def still_means(readings: Readings) -> StillMeans:

@@ -107,10 +107,19 @@ def test_absent_sensors_count_as_ignored():
     assert notices == ()  # the screening or the calibration has said why
 
 
-def test_a_quarter_of_the_sensors_ignored_means_do_it_again():
-    many = {(0, name): 20.0 for name in NAMES[:5]}
-    assert outcome(many)[0][0].verdict == "redo"
-    assert outcome(dict(list(many.items())[:4]))[0][0].verdict == "acceptable"
+def test_more_than_a_quarter_of_the_sensors_left_out_means_do_it_again():
+    present = np.ones((4, 16), dtype=bool)
+    present[0, :5], present[1, :4] = False, False
+    passes, _ = outcome({}, present=present)
+    assert [one.verdict for one in passes[:2]] == ["redo", "acceptable"]
+
+
+def test_several_live_sensors_that_agree_with_no_curve_mean_do_it_again():
+    apart = ["A01", "A03"]
+    passes, _ = outcome({(0, name): 20.0 for name in apart} | {(1, "A01"): 20.0})
+    assert passes[0].verdict == "redo"
+    assert "2 live sensors agree with no curve" in passes[0].reason
+    assert passes[1].verdict == "acceptable"
 
 
 def test_neighbouring_magnetometers_that_disagree_are_a_disturbed_field():

@@ -7,9 +7,10 @@ import pytest
 from laid import FLAT, calibration, recording, ribbon, wavy
 
 from georibbon.fitting.grid import make_grid
-from georibbon.fitting.screening import ALIKE_FRAMES, FULL_SCALE, STILL_FRAMES, screen
+from georibbon.fitting.screening import ALIKE_FRAMES, STILL_FRAMES, screen
 from georibbon.recording import Pass
 from georibbon.ribbon import Readings
+from georibbon.stillness import FULL_SCALE
 
 RIBBON = ribbon(8)
 CALIBRATION = calibration(RIBBON)

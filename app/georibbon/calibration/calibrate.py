@@ -39,8 +39,8 @@ from georibbon.calibration.separable import Tie
 from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
-from georibbon.ribbon import Ribbon
-from georibbon.stillness import still_means
+from georibbon.ribbon import Readings, Ribbon
+from georibbon.stillness import MOST_RAILED, still_means, without_railed
 
 Hemisphere = Literal["north", "south"]
 # Gains are looked at, before any fit, against "up" known to some hundredths of g.
@@ -130,13 +130,32 @@ def _lost_notice(pose: Pose) -> Notice:
     )
 
 
+def _without_spikes(poses: Sequence[Pose]) -> tuple[list[Readings], list[Notice]]:
+    """The poses' readings without single values at the end of the range; saturated axes are kept.
+
+    What is saturated for good is judged, and named, by the sensor.
+    """
+    out, lost = [], 0
+    for pose in poses:
+        readings, railed = without_railed(pose.readings)
+        few = railed & (railed.mean(axis=0) <= MOST_RAILED)
+        lost += int(few.sum())
+        out.append(Readings(readings.t, np.where(few, np.nan, pose.readings.counts)))
+    message = (
+        f"{lost} single value{'' if lost == 1 else 's'} at the end of the sensors' range in the "
+        "poses are left out; if this comes back, look at the ribbon's connection"
+    )
+    return out, [Notice("values-saturated", message)] if lost else []
+
+
 def _usable(
     ribbon: Ribbon, poses: Sequence[Pose], asked: Attitudes
 ) -> tuple[Block, Block, list[LeftOut], list[Notice]]:
     """The accelerometers and magnetometers that can be fitted, those left out, and notices."""
-    means = [still_means(pose.readings) for pose in poses]
+    cleaned, notices = _without_spikes(poses)
+    means = [still_means(readings) for readings in cleaned]
     saturated = suspects.saturated_columns(poses)
-    groups, out, notices = [], [], []
+    groups, out = [], []
     for kind in ("accelerometer", "magnetometer"):
         group = block(ribbon, means, "accelerometer" if kind == "accelerometer" else "magnetometer")
         expected = suspects.usual_range(group)

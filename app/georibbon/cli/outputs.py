@@ -1,12 +1,17 @@
 """Output files that appear all together when all are ready, or not at all."""
 
 import shutil
+import signal
 import tempfile
-from collections.abc import Iterable, Sequence
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
 from georibbon.errors import ExportError, GeoribbonError
+
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 def check_endings(paths: Iterable[Path], endings: Sequence[str], what: str) -> None:
@@ -16,6 +21,23 @@ def check_endings(paths: Iterable[Path], endings: Sequence[str], what: str) -> N
             raise ExportError(
                 f"{path}: a file for {what} ends in {' or '.join(endings)}; give it such an ending"
             )
+
+
+@contextmanager
+def signals_held() -> Iterator[None]:
+    """Holds signals back until the block is done: an exception raised inside VTK is a crash."""
+    came: list[int] = []
+    numbers = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        numbers = []  # only the main thread may, and only it is interrupted
+    before = {number: signal.signal(number, lambda n, _: came.append(n)) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
 
 
 class Outputs:

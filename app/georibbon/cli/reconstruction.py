@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser, millimetres, pair
-from georibbon.cli.outputs import Outputs, check_endings
+from georibbon.cli.outputs import Outputs, check_endings, signals_held
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import SettingsError
 
@@ -179,20 +179,22 @@ def write(
 
         write_curves(result, outputs.place(arguments.curves))
     for path in arguments.report:
-        from georibbon.export.report import write_report
+        with signals_held():
+            from georibbon.export.report import write_report
 
-        write_report(
-            result,
-            outputs.place(path),
-            source=str(arguments.source),
-            unit=arguments.unit,
-            files=[target.name for target in outputs.targets],
-            title=title,
-        )
+            write_report(
+                result,
+                outputs.place(path),
+                source=str(arguments.source),
+                unit=arguments.unit,
+                files=[target.name for target in outputs.targets],
+                title=title,
+            )
     if arguments.picture:
-        from georibbon.export.picture import write_picture
+        with signals_held():
+            from georibbon.export.picture import write_picture
 
-        write_picture(result, outputs.place(arguments.picture))
+            write_picture(result, outputs.place(arguments.picture))
 
 
 def _write_surface(result: "Reconstruction", place: Path, unit: str) -> None:

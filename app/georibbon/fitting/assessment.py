@@ -24,6 +24,7 @@ ACCEPTABLE_RESIDUAL = 1.5  # rms of normalised residuals; about 0.8 where all is
 REDO_RESIDUAL = 2.5
 ACCEPTABLE_IGNORED = 0.0  # shares of a pass's sensors
 REDO_IGNORED = 0.25
+REDO_ASTRAY = 0.1
 ACCEPTABLE_SIGMA = 0.003  # m, the mean standard deviation of a pass's position
 REDO_SIGMA = 0.010
 STEEP_NORMAL = 0.2  # the normal's vertical part: less than 12 degrees from a vertical wall
@@ -138,6 +139,7 @@ def _assess_pass(
     sensors = capture.recording.ribbon.sensors
     ignored = tuple(s.name for s, yes in zip(sensors, trusted, strict=True) if not yes)
     share = len(ignored) / len(sensors)
+    astray = present & (size > IGNORED) & ~_disturbed(capture.recording.ribbon, size)
     findings: list[tuple[bool, bool, str]] = [
         (capture.moved[p], capture.moved[p], "the ribbon moved while it was read"),
         (fit.ambiguous[p], fit.ambiguous[p], "two shapes fit alike"),
@@ -145,6 +147,12 @@ def _assess_pass(
             share > ACCEPTABLE_IGNORED,
             share > REDO_IGNORED,
             f"{len(ignored)} of {len(sensors)} sensors left out ({', '.join(ignored)})",
+        ),
+        (
+            astray.mean() > REDO_ASTRAY,
+            astray.mean() > REDO_ASTRAY,
+            f"{np.count_nonzero(astray)} live sensors agree with no curve: the ribbon did not lie "
+            "flat, or the surface has detail finer than its sensors",
         ),
         (
             rms > ACCEPTABLE_RESIDUAL,

@@ -12,15 +12,13 @@ from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.model import Calibration
 from georibbon.notices import Notice
 from georibbon.recording import Pass
-from georibbon.ribbon import Readings, Ribbon, SensorKind
-from georibbon.stillness import still_means
+from georibbon.ribbon import Ribbon, SensorKind
+from georibbon.stillness import MOST_RAILED, still_means, without_railed
 
-FULL_SCALE = 32767  # counts are signed 16-bit numbers on the wire
 # Frames alike to the last count that prove a sensor dead where the others' noise moves them.
 ALIKE_FRAMES = 10
 KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
 MOST_QUIET = 0.5  # share of the sensors of a kind that may say the same in every frame
-MOST_RAILED = 0.1  # share of an axis's values at the end of its range
 STILL_FRAMES = 10  # fewer show neither spread nor drift
 LEAST_SPREAD = 1e-6  # g
 MOVED_SPREAD = 3.0  # times the usual spread of the frames
@@ -46,7 +44,7 @@ def screen(ribbon: Ribbon, passes: Sequence[Pass], calibration: Calibration) -> 
     means, sigmas, notices = [], [], []
     frozen = _frozen(ribbon, passes)
     for one in passes:
-        readings, railed = _without_railed(one.readings)
+        readings, railed = without_railed(one.readings)
         still = still_means(readings)
         mean = still.mean.copy()
         for i, (code, words) in _faults(ribbon, readings.counts, railed, frozen).items():
@@ -103,13 +101,6 @@ def _faults(
     return out
 
 
-def _without_railed(readings: Readings) -> tuple[Readings, BoolArray]:
-    """The readings without the values at the end of the range, and which these are (m, c)."""
-    with np.errstate(invalid="ignore"):
-        railed = np.abs(readings.counts) >= FULL_SCALE
-    return Readings(readings.t, np.where(railed, np.nan, readings.counts)), railed
-
-
 def _railed_notice(one: Pass, values: int) -> Notice:
     message = (
         f"pass {one.name}: {values} value{'' if values == 1 else 's'} at the end of the sensors' "
@@ -128,7 +119,9 @@ def _moved(ribbon: Ribbon, passes: Sequence[Pass]) -> tuple[bool, ...]:
         [ribbon.sensors[i].counts_per_unit for i in sensors],
         [ribbon.sensors[i].axes for i in sensors],
     )
-    figures = [_restlessness(one.readings.counts[:, columns] / unit) for one in passes]
+    figures = [
+        _restlessness(without_railed(one.readings)[0].counts[:, columns] / unit) for one in passes
+    ]
     usual = max(float(np.median([white for white, _, _ in figures])), LEAST_SPREAD)
     return tuple(
         spread > MOVED_SPREAD * usual or drift > MOVED_DRIFT for _, spread, drift in figures
