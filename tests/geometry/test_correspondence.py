@@ -9,7 +9,6 @@ from georibbon.geometry.correspondence import (
     ascending,
     correspond,
     feet,
-    foot_points,
     hermite,
     match_pair,
     order_passes,
@@ -107,11 +106,11 @@ def test_the_nearest_of_several_feet_is_taken() -> None:
     assert np.linalg.norm(there - here, axis=1).max() < 0.14
 
 
-def test_pairs_of_feet_lie_as_far_apart_as_asked() -> None:
+def test_on_a_plane_feet_are_shifted_as_the_passes_are() -> None:
     a, b = plane_passes(0.0, 0.1, shifts=[0.0, 0.2])
-    s, t = foot_points(a, b, 0.06)
-    assert np.allclose(np.diff(s), 0.06)
-    assert np.allclose(s - t, 0.2)
+    t, valid = feet(a, b, a.s)
+    assert np.array_equal(valid, a.s >= 0.2 - 1e-9)
+    assert np.allclose(a.s[valid] - t[valid], 0.2)
 
 
 @pytest.mark.parametrize("shifts", [[0.0, 0.0], [0.0, 0.1], [0.1, 0.0], [0.0, 0.4]])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from georibbon.geometry.closest import closest_point
 from georibbon.geometry.reference import (
     Bonnet,
     BSplineSurface,
@@ -15,7 +16,6 @@ from georibbon.geometry.reference import (
     Saddle,
     Seat,
     Torus,
-    closest_point,
 )
 
 NET = np.stack(

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from georibbon.errors import SettingsError, SurfaceError
+from georibbon.geometry.closest import closest_point
 from georibbon.geometry.frames import Strip, arc_angles
 from georibbon.geometry.mesh import (
     Mesh,
@@ -24,7 +25,6 @@ from georibbon.geometry.reference import (
     ReferenceSurface,
     Saddle,
     Torus,
-    closest_point,
 )
 from georibbon.geometry.surface import Surface, SurfaceSettings, build_surface
 from passes import moved, passes, plane_passes, sphere_passes, upside_down

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from georibbon.errors import SettingsError
-from georibbon.geometry.reference import closest_point
+from georibbon.geometry.closest import closest_point
 from georibbon.simulation import (
     SURFACES,
     FaultSettings,

@@ -193,7 +193,7 @@ def tear(grid: PatchGrid, i: int, pair: str) -> Check:
 
 def pinch(patches: Patches, i: int, pair: str) -> Check:
     """Whether two neighbours touch or cross: the least distance, and the side it is on."""
-    least = float(patches.gaps[i].min())
+    least = float(patches.rails.gaps[i].min())
     chords = np.diff(patches.rails.points[i : i + 2], axis=0)[0]
     sides = np.sum(chords * patches.rails.frames[i, :, :, 1], axis=-1)
     if (sides < 0.0).any():
@@ -214,7 +214,7 @@ def pinch(patches: Patches, i: int, pair: str) -> Check:
 
 def skew(patches: Patches, i: int, pair: str) -> Check:
     """How obliquely matched points lie across from each other: greatest |c . tau|."""
-    length = np.maximum(patches.gaps[i], 1e-12)
+    length = np.maximum(patches.rails.gaps[i], 1e-12)
     tangents = patches.rails.frames[i : i + 2, :, :, 0]
     chords = np.diff(patches.rails.points[i : i + 2], axis=0)[0]
     along = np.abs(np.sum(chords * tangents, axis=-1)) / length

@@ -116,17 +116,6 @@ def feet(a: Strip, b: Strip, at: FloatArray) -> tuple[FloatArray, BoolArray]:
     return match_feet(a.points, a.tangents, a.s, b.points, b.tangents, b.s, at)
 
 
-def foot_points(a: Strip, b: Strip, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Pairs (s, t), each (k,) metres, of places across from each other on two strips.
-
-    They lie on the stretch that both strips share, every `spacing` metres along a.
-    """
-    count = max(int((a.s[-1] - a.s[0]) / spacing), 1)
-    at = np.linspace(a.s[0], a.s[-1], count + 1)
-    t, valid = feet(a, b, at)
-    return at[valid], t[valid]
-
-
 @dataclass(frozen=True, eq=False)
 class PairMatch:
     """The places of two neighbouring strips that lie across from each other.
@@ -222,7 +211,8 @@ def absorbed(leftover: float, x: FloatArray, half: float) -> FloatArray:
 class Correspondence:
     """One parameter for all strips: the arc length u of the middle one.
 
-    strips: in their order across.  matches: one for each pair of neighbours.
+    ends: (2,) metres, the first and last place of each strip, in order across.
+    matches: one for each pair of neighbours.  middle: which strip gives u.
     """
 
     ends: tuple[FloatArray, ...]

@@ -2,7 +2,7 @@
 
 A strip is one pass as a curve: its points by arc length and, at each, the
 right-handed frame R = [tau, V, N]: tangent along the ribbon, conormal across
-it, surface normal; V = N x tau (GEOMETRY 1).
+it, surface normal; V = N x tau.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import FloatArray
+from georibbon.rotations import skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +76,12 @@ def arc_angles(first: FloatArray, second: FloatArray) -> FloatArray:
 def rotations_between(first: FloatArray, second: FloatArray) -> FloatArray:
     """(n, 3, 3) the smallest rotations that take unit vectors (n, 3) into unit vectors (n, 3).
 
-    I + [w]x + [w]x² / (1 + a.b) with w = a x b; not defined for opposite vectors.
+    (a.b) I + [w]x + w w^T / (1 + a.b) with w = a x b; not defined for opposite vectors.
     """
     w = np.cross(first, second)
     outer = w[:, :, None] * w[:, None, :]
     cosine = np.sum(first * second, axis=1)[:, None, None]
-    zero = np.zeros(len(w))
-    skew = np.stack(
-        [zero, -w[:, 2], w[:, 1], w[:, 2], zero, -w[:, 0], -w[:, 1], w[:, 0], zero], axis=1
-    ).reshape(-1, 3, 3)
-    rotations: FloatArray = cosine * np.eye(3) + skew + outer / (1.0 + cosine)
+    rotations: FloatArray = cosine * np.eye(3) + skew(w) + outer / (1.0 + cosine)
     return rotations
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from georibbon.arrays import FloatArray
-from georibbon.geometry.frames import Strip
+from georibbon.geometry.frames import Strip, frames_from, unit
 from georibbon.geometry.reference import Jet, ReferenceSurface
 
 
@@ -38,7 +38,7 @@ def _solve_metric(jet: Jet, a: FloatArray) -> FloatArray:
 def directions_at(surface: ReferenceSurface, uv: FloatArray, angles: FloatArray) -> FloatArray:
     """(n, 3) unit tangents at uv (n, 2), turned by `angles` (n,) from p_u about the normal."""
     jet = surface.jet(uv)
-    e1 = jet.pu / np.linalg.norm(jet.pu, axis=1, keepdims=True)
+    e1 = unit(jet.pu)
     e2 = np.cross(jet.normals, e1)
     return np.asarray(np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * e2)
 
@@ -74,12 +74,8 @@ def trace(
     speed = np.linalg.norm(jet.pu * rates[:, :1] + jet.pv * rates[:, 1:], axis=1, keepdims=True)
     start = np.concatenate([uv, rates / speed], axis=1)
     after = _integrate(surface, start, s[s >= 0], tolerance)
-    before = _integrate(surface, start * [1, 1, -1, -1], -s[s < 0][::-1], tolerance) * [
-        1,
-        1,
-        -1,
-        -1,
-    ]
+    back = np.array([1.0, 1.0, -1.0, -1.0])
+    before = _integrate(surface, start * back, -s[s < 0][::-1], tolerance) * back
     states = np.concatenate([before[::-1], after])
     strips = tuple(_strip(surface, states[:, k], s - s[0]) for k in range(len(uv)))
     return states[:, :, :2], strips
@@ -122,7 +118,5 @@ def _integrate(
 
 def _strip(surface: ReferenceSurface, states: FloatArray, s: FloatArray) -> Strip:
     jet = surface.jet(states[:, :2])
-    tau = jet.pu * states[:, 2:3] + jet.pv * states[:, 3:4]
-    tau /= np.linalg.norm(tau, axis=1, keepdims=True)
-    normals = jet.normals
-    return Strip(s, jet.p, np.stack([tau, np.cross(normals, tau), normals], axis=2))
+    tau = unit(jet.pu * states[:, 2:3] + jet.pv * states[:, 3:4])
+    return Strip(s, jet.p, frames_from(tau, jet.normals))

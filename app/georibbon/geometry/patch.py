@@ -41,10 +41,16 @@ class Rails:
     points: FloatArray
     frames: FloatArray
 
-    @property
+    @cached_property
     def chords(self) -> FloatArray:
         """(p-1, k, 3) metres, from each strip to the next."""
         return np.diff(self.points, axis=0)
+
+    @cached_property
+    def gaps(self) -> FloatArray:
+        """(p-1, k) metres between matched points of neighbours."""
+        length: FloatArray = np.sqrt(np.sum(self.chords**2, axis=-1))
+        return length
 
 
 def interpolant(strip: Strip) -> BSpline:
@@ -76,10 +82,8 @@ def safe_directions(rails: Rails) -> tuple[FloatArray, FloatArray]:
     T = normalise(max(c.V, 1/4) V + (c.tau) tau).  Where the strips lie within a
     millimetre of each other it is V.
     """
-    chords = rails.chords
-    length = np.sqrt(np.sum(chords * chords, axis=-1, keepdims=True))
-    pinched = length < PINCHED
-    c = chords / np.where(pinched, 1.0, length)
+    pinched = (rails.gaps < PINCHED)[..., None]
+    c = unit(rails.chords)
     return (
         np.where(pinched, rails.frames[:-1, :, :, 1], safe_direction(c, rails.frames[:-1])),
         np.where(pinched, rails.frames[1:, :, :, 1], safe_direction(c, rails.frames[1:])),
@@ -99,11 +103,8 @@ def arc_lengths(directions: FloatArray, rails: Rails) -> FloatArray:
     directions: (p-1, k, 3) unit.  T.c is taken between 0 and 1; where the
     strips lie within a millimetre of each other lambda is 1.
     """
-    chords = rails.chords
-    length = np.sqrt(np.sum(chords * chords, axis=-1))
-    pinched = length < PINCHED
-    cosine = np.sum(directions * chords, axis=-1) / np.where(pinched, 1.0, length)
-    factors: FloatArray = 2.0 / (1.0 + np.where(pinched, 1.0, np.clip(cosine, 0.0, 1.0)))
+    cosine = np.clip(np.sum(directions * unit(rails.chords), axis=-1), 0.0, 1.0)
+    factors: FloatArray = 2.0 / (1.0 + np.where(rails.gaps < PINCHED, 1.0, cosine))
     return factors
 
 
@@ -116,10 +117,8 @@ def hermite_control(
 
     directions: (p-1, k, 3) unit, at either strip; lambdas: (p-1, k) at either strip.
     """
-    chords = rails.chords
-    length = np.sqrt(np.sum(chords * chords, axis=-1))
     start, end = (
-        (factor * length)[..., None] * direction
+        (factor * rails.gaps)[..., None] * direction
         for factor, direction in zip(lambdas, directions, strict=True)
     )
     return np.stack([rails.points[:-1], start, end, rails.points[1:]], axis=2)
@@ -157,16 +156,9 @@ class Patches:
     bend: FloatArray
 
     @cached_property
-    def gaps(self) -> FloatArray:
-        """(p-1, k) metres between matched points of neighbours."""
-        chords = self.rails.chords
-        length: FloatArray = np.sqrt(np.sum(chords * chords, axis=-1))
-        return length
-
-    @cached_property
     def mean_gaps(self) -> FloatArray:
         """(p-1,) metres, mean distance of neighbours."""
-        means: FloatArray = np.mean(self.gaps, axis=1)
+        means: FloatArray = np.mean(self.rails.gaps, axis=1)
         return means
 
 

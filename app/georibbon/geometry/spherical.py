@@ -70,9 +70,7 @@ class SphericalSpline:
         self, k: NDArray[np.intp], share: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The points at a share of the great arc from sample k on, and the basis carried there."""
-        axis = np.cross(self.tangents[k], self.tangents[k + 1])
-        sine = np.linalg.norm(axis, axis=1, keepdims=True)
-        axis = axis / np.where(sine > 0.0, sine, 1.0)
+        axis = unit(np.cross(self.tangents[k], self.tangents[k + 1]))
         angle = share * arc_angles(self.tangents[k], self.tangents[k + 1])[:, None]
         basis = self._basis[k]
         return (
@@ -132,9 +130,7 @@ def rotated(vectors: FloatArray, axis: FloatArray, angle: FloatArray) -> FloatAr
 def unrolled_steps(tangents: FloatArray) -> FloatArray:
     """(n-1, 3) logarithms on the sphere: at each of (n, 3) directions, towards the next."""
     here, there = tangents[:-1], tangents[1:]
-    across = there - np.sum(here * there, axis=1, keepdims=True) * here
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    ahead: FloatArray = across / np.where(length > 0.0, length, 1.0)
+    ahead = unit(there - np.sum(here * there, axis=1, keepdims=True) * here)
     return ahead * arc_angles(here, there)[:, None]
 
 

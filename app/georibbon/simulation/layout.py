@@ -7,9 +7,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from georibbon.arrays import FloatArray
 from georibbon.errors import SettingsError
+from georibbon.geometry.closest import closest_point
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.geodesics import directions_at, trace
-from georibbon.geometry.reference import ReferenceSurface, closest_point
+from georibbon.geometry.reference import ReferenceSurface
 from georibbon.simulation.settings import LayoutSettings
 from georibbon.simulation.surfaces import SurfaceKind
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
+from georibbon.geometry.closest import closest_point
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh
-from georibbon.geometry.reference import ReferenceSurface, closest_point
+from georibbon.geometry.reference import ReferenceSurface
 from georibbon.simulation.truth import Truth
 
 if TYPE_CHECKING:  # so that simulating loads nothing of the fit
