@@ -1,11 +1,9 @@
 """What a set of poses must give before it is accepted, and what is said of a weak one."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.calibration.labels import FACES
+from georibbon.calibration.labels import FACES, face_of
 from georibbon.calibration.model import CalibrationQuality
 from georibbon.calibration.poses import Attitudes, Block
 from georibbon.errors import CalibrationError
@@ -52,15 +50,19 @@ def require_sensors(block: Block, kind: str) -> None:
 
 def require_faces(asked: Attitudes) -> None:
     """Raises CalibrationError for fewer than three of the bar's faces on the table."""
-    found = sorted(
-        {int(np.rint(np.degrees(roll) / 90.0)) % 4 * 90 for roll in asked.roll[asked.table]}
-    )
-    if len(found) < LEAST_FACES:
-        missing = [words for roll, words in FACES.items() if roll not in found]
+    missing = _missing_faces(asked)
+    found = ALL_FACES - len(missing)
+    if found < LEAST_FACES:
         raise CalibrationError(
-            f"the bar lay on the table with {len(found)} of its {ALL_FACES} faces, at least "
+            f"the bar lay on the table with {found} of its {ALL_FACES} faces, at least "
             f"{LEAST_FACES} are needed; lay it with {', with '.join(missing)}"
         )
+
+
+def _missing_faces(asked: Attitudes) -> list[str]:
+    """The faces, in words, that were never up while the bar lay on the table."""
+    found = {face_of(roll) for roll in asked.roll[asked.table]}
+    return [words for face, words in FACES.items() if face not in found]
 
 
 def require_coverage(coverage: float, up: FloatArray) -> None:
@@ -133,7 +135,7 @@ def weaknesses(quality: CalibrationQuality, asked: Attitudes) -> list[Notice]:
                 "or, better, the plan's 20 for the work",
             )
         )
-    said: Sequence[tuple[float, float, str]] = (
+    said = (
         (quality.accelerometer_mg, WEAK_ACCELEROMETER, "mg (A)"),
         (quality.magnetometer_percent, WEAK_MAGNETOMETER, "% of the field (B)"),
     )
@@ -146,9 +148,8 @@ def weaknesses(quality: CalibrationQuality, asked: Attitudes) -> list[Notice]:
                     f"{limit} or less; take more poses, spread over faces, tilts and headings",
                 )
             )
-    faces = {int(np.rint(np.degrees(roll) / 90.0)) % 4 * 90 for roll in asked.roll[asked.table]}
-    if len(faces) < ALL_FACES:
-        missing = [words for roll, words in FACES.items() if roll not in faces]
+    missing = _missing_faces(asked)
+    if missing:
         notices.append(
             Notice(
                 "calibration-weak",

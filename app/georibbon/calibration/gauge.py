@@ -12,8 +12,7 @@ import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.calibration.accelerometers import tangents
-from georibbon.calibration.magnetometers import levelled
-from georibbon.rotations import about_x, about_z, exp, skew
+from georibbon.rotations import about_x, about_z, exp, skew, to_up
 
 # Standard deviations, radians: how squarely a face lies on the table, and how
 # level a table is before anything is measured.
@@ -62,8 +61,7 @@ def fit_gauge(frames: FloatArray, roll: FloatArray, table: BoolArray) -> Gauge:
     residual = np.zeros((len(places), 3))
     for _ in range(STEPS):
         normal = np.append(tilt, np.sqrt(1.0 - tilt @ tilt))
-        level = levelled(np.eye(3)[None], normal[None])[0]
-        forward = (frames[places] @ rotation @ faces.mT)[:, :, 0] @ level
+        forward = (frames[places] @ rotation @ faces.mT)[:, :, 0] @ to_up(normal)
         turns = faces.mT @ about_z(-np.arctan2(forward[:, 1], forward[:, 0]))
         seen = up @ rotation
         residual = seen - turns @ normal

@@ -22,9 +22,14 @@ FACES = {
 }
 
 
+def face_of(roll: float) -> int:
+    """The key in `FACES` of the face that is nearest to up; roll in radians."""
+    return int(np.rint(np.degrees(roll) / 90.0)) % 4 * 90
+
+
 def describe(roll: float, pitch: float) -> str:
     """A pose in words: which face is up and, beyond 15 degrees, which end; radians."""
-    face = FACES[int(np.rint(np.degrees(roll) / 90.0)) % 4 * 90]
+    face = FACES[face_of(roll)]
     if abs(pitch) <= FACE_WITHIN:
         return face
     return f"{face} and the {'end' if pitch > 0 else 'start'} {abs(np.degrees(pitch)):.0f}° up"

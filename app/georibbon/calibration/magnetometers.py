@@ -13,7 +13,7 @@ import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.accelerometers import prior_of
-from georibbon.calibration.poses import UP, Block
+from georibbon.calibration.poses import Block
 from georibbon.calibration.separable import (
     Adjusted,
     Directions,
@@ -24,7 +24,7 @@ from georibbon.calibration.separable import (
     linear_fit,
     median_of,
 )
-from georibbon.rotations import about_z
+from georibbon.rotations import about_z, to_up
 
 NOISE = 5e-3  # of the field: one unit of weight
 GAIN_SPREAD = 0.3
@@ -58,16 +58,9 @@ def levelled(level: FloatArray, up: FloatArray) -> FloatArray:
     """(p, 3, 3) rotations G with G up = (0, 0, 1), each nearest to the nominal `level`.
 
     The nominal rotation is followed by the smallest one that takes where it
-    puts "up" to the vertical (Rodrigues): C = I + [v] + [v]^2 / (1 + c).
+    puts "up" to the vertical.
     """
-    tilted = np.einsum("pij,pj->pi", level, up)
-    v = np.cross(tilted, UP)
-    zero = np.zeros(len(v))
-    skew = np.stack(
-        [zero, -v[:, 2], v[:, 1], v[:, 2], zero, -v[:, 0], -v[:, 1], v[:, 0], zero], axis=1
-    ).reshape(-1, 3, 3)
-    turn = np.eye(3) + skew + skew @ skew / (1.0 + tilted[:, 2])[:, None, None]
-    return np.asarray(turn @ level)
+    return to_up(np.einsum("pij,pj->pi", level, up)) @ level
 
 
 def field_level(headings: FloatArray, dip: FloatArray) -> FloatArray:

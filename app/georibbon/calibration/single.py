@@ -27,6 +27,7 @@ WORST_SHIFT, GOOD_SHIFT = 0.02, 0.004
 # keep at a few units, and nine random ones put at a hundred.
 WORST_SPREAD, GOOD_SPREAD = 50.0, 12.0
 STEPS = 50
+DAMPING = 1e-12  # of the mean diagonal: only against what the poses leave exactly open
 UPPER = np.triu_indices(3)
 
 
@@ -158,7 +159,6 @@ def _geometric(
     unit: FloatArray, upper: FloatArray, bias: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """U, b and the (9, 9) normal matrix that minimise sum (|U (y - b)| - 1)^2."""
-    cost, damping = np.inf, 1e-6
     normal = np.eye(9)
     for _ in range(STEPS):
         moved = unit - bias
@@ -169,9 +169,8 @@ def _geometric(
         residual = lengths - 1.0
         cost = float(residual @ residual)
         normal = jacobian.T @ jacobian
-        step = -np.linalg.solve(
-            normal + damping * np.trace(normal) / 9.0 * 1e-6 * np.eye(9), jacobian.T @ residual
-        )
+        damped = normal + DAMPING * np.trace(normal) / 9.0 * np.eye(9)
+        step = -np.linalg.solve(damped, jacobian.T @ residual)
         upper, bias = _moved(unit, upper, bias, step, cost)
         if np.abs(step).max() < 1e-12:
             break

@@ -20,7 +20,6 @@ RAIL_FRAMES = 10  # fewer say nothing of an axis being stuck at its end
 # A cell is saturated when this share of its frames lie on the axis' very end.
 RAIL_SHARE = 0.3
 LEAST_CELLS = 8
-LEAST_AGREEMENT = 0.2
 SCALES = {"accelerometer": (0.7, 1.4), "magnetometer": (0.2, 5.0)}
 
 
