@@ -2,7 +2,7 @@
 
 import pytest
 
-from georibbon.cli.outputs import Outputs, check_endings
+from georibbon.cli.outputs import Outputs
 from georibbon.errors import ExportError, SurfaceError
 
 
@@ -84,9 +84,3 @@ def test_a_folder_that_cannot_be_written_to(tmp_path, monkeypatch):
     told = refusal([tmp_path / "a.stl"])
     assert str(tmp_path / "a.stl") in told
     assert "Permission denied" in told
-
-
-def test_endings(tmp_path):
-    check_endings([tmp_path / "a.STL", tmp_path / "b.obj"], (".stl", ".obj"), "a surface")
-    with pytest.raises(ExportError, match=r"b: a file for a surface ends in \.stl or \.obj"):
-        check_endings([tmp_path / "b"], (".stl", ".obj"), "a surface")

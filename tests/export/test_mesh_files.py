@@ -11,7 +11,7 @@ from vtkmodules.vtkIOPLY import vtkPLYReader
 import synthetic
 from georibbon.errors import ExportError
 from georibbon.export.mesh import write_mesh
-from georibbon.geometry.mesh import Mesh
+from georibbon.geometry.mesh import Mesh, thicken
 
 READERS = {".stl": vtkSTLReader, ".obj": vtkOBJReader, ".ply": vtkPLYReader}
 SCALE = {"mm": 1000.0, "m": 1.0}
@@ -57,6 +57,21 @@ def test_shared_vertices_stay_shared_and_keep_their_normals(mesh, tmp_path, endi
     assert len(points) == len(mesh.vertices)
     assert np.array_equal(triangles, mesh.triangles)
     assert np.allclose(normals, mesh.normals, atol=1e-6)
+
+
+def test_the_rim_of_a_solid_obj_is_shaded_as_it_lies(mesh, tmp_path):
+    solid = thicken(mesh, 0.002)
+    write_mesh(solid, tmp_path / "part.obj", "m")
+    lines = [line.split() for line in (tmp_path / "part.obj").read_text().splitlines()]
+    rows = {kind: [line[1:] for line in lines if line[0] == kind] for kind in ("v", "vn", "f")}
+    assert len(rows["v"]) == len(solid.vertices)
+    normals = np.array(rows["vn"], dtype=float)
+    corners = np.array([[word.split("//") for word in row] for row in rows["f"]], dtype=int) - 1
+    assert np.array_equal(corners[..., 0], solid.triangles)
+    a, b, c = np.moveaxis(solid.vertices[solid.triangles], 1, 0)
+    outward = np.cross(b - a, c - a)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    assert np.min(np.sum(normals[corners[..., 1]] * outward[:, None], axis=2)) > 0.5
 
 
 def test_obj_holds_more_than_single_precision(tmp_path):

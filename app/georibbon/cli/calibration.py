@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
-from georibbon.cli.outputs import Outputs, check_endings
+from georibbon.cli.outputs import Outputs
 from georibbon.cli.printing import print_notices
+from georibbon.export.files import require_ending
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration, CalibrationQuality
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     from georibbon.session.calibration_file import write_calibration
     from georibbon.session.source import load_source
 
-    check_endings([arguments.output], (".json",), "a calibration")
+    require_ending(arguments.output, (".json",), "a calibration")
     with Outputs([arguments.output], inputs=[arguments.recording]) as outputs:
         recording = load_source(arguments.recording)
         calibration = calibrate(recording.ribbon, recording.poses)

@@ -4,7 +4,7 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -12,15 +12,6 @@ from types import TracebackType
 from georibbon.errors import ExportError, GeoribbonError
 
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-
-
-def check_endings(paths: Iterable[Path], endings: Sequence[str], what: str) -> None:
-    """Refuse, before any work, a path whose ending names no format of `what`."""
-    for path in paths:
-        if path.suffix.lower() not in endings:
-            raise ExportError(
-                f"{path}: a file for {what} ends in {' or '.join(endings)}; give it such an ending"
-            )
 
 
 @contextmanager

@@ -6,21 +6,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser, millimetres, pair
-from georibbon.cli.outputs import Outputs, check_endings, signals_held
+from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import SettingsError
+from georibbon.export.files import (
+    CURVES_ENDINGS,
+    PICTURE_ENDINGS,
+    REPORT_ENDINGS,
+    SURFACE_ENDINGS,
+    require_ending,
+)
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
 
 ALL_PASSES = "*"
-SURFACES, CURVES, REPORTS, PICTURES = (
-    (".stl", ".obj", ".ply"),
-    (".csv",),
-    (".json", ".html"),
-    (".png",),
-)
 
 DESCRIPTION = """\
 Turn a recording into the surface that the ribbon was laid on: calibrate from the poses,
@@ -131,10 +132,14 @@ def targets(arguments: argparse.Namespace) -> list[Path]:
     """All files to write; ExportError for an ending that names no format."""
     curves = [arguments.curves] if arguments.curves else []
     pictures = [arguments.picture] if arguments.picture else []
-    check_endings(arguments.surface, SURFACES, "a surface")
-    check_endings(curves, CURVES, "curves")
-    check_endings(arguments.report, REPORTS, "a report")
-    check_endings(pictures, PICTURES, "a picture")
+    for paths, endings, what in (
+        (arguments.surface, SURFACE_ENDINGS, "a surface"),
+        (curves, CURVES_ENDINGS, "curves"),
+        (arguments.report, REPORT_ENDINGS, "a report"),
+        (pictures, PICTURE_ENDINGS, "a picture"),
+    ):
+        for path in paths:
+            require_ending(path, endings, what)
     return [*arguments.surface, *curves, *arguments.report, *pictures]
 
 

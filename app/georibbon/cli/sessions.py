@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
-from georibbon.cli.outputs import check_endings
 from georibbon.cli.printing import counted
 from georibbon.errors import SessionError
+from georibbon.export.files import require_ending
 
 if TYPE_CHECKING:
     from georibbon.recording import Recording
@@ -71,7 +71,7 @@ def import_(arguments: argparse.Namespace) -> None:
     from georibbon.session.file import create_session
     from georibbon.session.folder import read_recording
 
-    check_endings([arguments.output], (".georibbon",), "a session")
+    require_ending(arguments.output, (".georibbon",), "a session")
     if arguments.output.exists():
         raise SessionError(
             f"{arguments.output}: there is such a file already and its data is not overwritten; "

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.export.files import require_ending, write_whole
+from georibbon.export.files import CURVES_ENDINGS, require_ending, write_whole
 from georibbon.reconstruction import FittedPass, Reconstruction
 
 COLUMNS = ("pass", "s", "x", "y", "z", "nx", "ny", "nz", "sigma", "kind", "tx", "ty", "tz")
@@ -27,7 +27,7 @@ def write_curves(reconstruction: Reconstruction, path: Path) -> None:
     exactly, quoted where CSV needs it.  Raises ExportError for another ending
     or a place that cannot be written.
     """
-    require_ending(path, (".csv",), "curves")
+    require_ending(path, CURVES_ENDINGS, "curves")
     text = ",".join(COLUMNS) + "\n" + "".join(map(_rows, reconstruction.passes))
     write_whole(path, text.encode("utf-8"))
 

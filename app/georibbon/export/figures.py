@@ -19,6 +19,7 @@ from georibbon.export.curves import position_sigma
 from georibbon.reconstruction import FittedPass, Reconstruction
 from georibbon.ribbon import SensorKind
 from georibbon.scene.colours import quantity_table, round_range
+from georibbon.scene.labels import short_name
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "georibbon",
@@ -44,7 +45,6 @@ _ONE_OF_MANY: dict[str, Any] = {
     "linewidth": 0.5,
     "rasterized": True,
 }
-_LONGEST_NAME = 16
 _RESIDUAL_LIMIT = 4.0
 _PAGE_WIDTH = 7.3  # inches between the margins of an A4 page
 
@@ -83,10 +83,8 @@ def residuals_figure(reconstruction: Reconstruction) -> bytes:
 
 def name_label(name: str) -> str:
     """A name that can be drawn: short, on one line, unknown signs as a box."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in name).split())
     known = font_manager.get_font(font_manager.findfont("DejaVu Sans")).get_charmap()
-    line = "".join(c if ord(c) in known else "□" for c in line)
-    return line if len(line) <= _LONGEST_NAME else line[: _LONGEST_NAME - 1] + "…"
+    return "".join(c if ord(c) in known else "□" for c in short_name(name))
 
 
 def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> None:

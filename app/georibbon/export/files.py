@@ -1,42 +1,29 @@
-"""Output files that are whole or not there at all."""
+"""Output files: which endings they may have, and how they are whole or not there at all."""
 
-import uuid
 from pathlib import Path
 
 from georibbon.errors import ExportError
+from georibbon.session.files import built_file, kind_of
+
+SURFACE_ENDINGS = (".stl", ".obj", ".ply")
+CURVES_ENDINGS = (".csv",)
+REPORT_ENDINGS = (".json", ".html")
+PICTURE_ENDINGS = (".png",)
 
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write `data` to `path` so that no half-written file is ever left under its name.
 
-    The bytes go to a temporary file in the same folder, which then takes the
-    name in one step.  Raises ExportError where the folder is missing or cannot
-    be written.
+    Raises ExportError where the folder is missing or cannot be written.
     """
     if not path.parent.is_dir():
         raise ExportError(
             f"{path}: the folder {path.parent} does not exist; make it or choose another place"
         )
-    try:
-        if path.is_dir():
-            raise ExportError(f"{path} is a folder, a file was expected; add a file's name to it")
-        _replace(path, data)
-    except OSError as error:
-        raise ExportError(
-            f"{path}: cannot be written ({error.strerror}); free some space, "
-            "allow writing there, or choose another place"
-        ) from error
-
-
-def _replace(path: Path, data: bytes) -> None:
-    temporary = path.with_name(f".{path.name[:32]}.{uuid.uuid4().hex}")
-    try:
-        with temporary.open("xb") as file:
-            file.write(data)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    if kind_of(path) == "folder":
+        raise ExportError(f"{path} is a folder, a file was expected; add a file's name to it")
+    with built_file(path, ExportError) as built:
+        built.write_bytes(data)
 
 
 def require_ending(path: Path, endings: tuple[str, ...], what: str) -> str:

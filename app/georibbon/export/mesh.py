@@ -13,30 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from georibbon import __version__
-from georibbon.arrays import FloatArray
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import ExportError
-from georibbon.export.files import require_ending, write_whole
-from georibbon.geometry.mesh import Mesh
+from georibbon.export.files import SURFACE_ENDINGS, require_ending, write_whole
+from georibbon.geometry import frames
+from georibbon.geometry.mesh import Mesh, facets
 
 Unit = Literal["mm", "m"]
-MESH_ENDINGS = (".stl", ".obj", ".ply")
 _PER_METRE = {"mm": 1000.0, "m": 1.0}
 _STL_HEADER_BYTES = 80
+_CREASE = 0.5  # the cosine of 60 degrees between a triangle's normal and its vertices'
 
 
 def write_mesh(mesh: Mesh, path: Path, unit: Unit) -> None:
     """Write a mesh; the format comes from the path's ending.
 
     .stl: binary, float32, facet normals from the triangles.  .obj: text, ten
-    digits, vertex normals.  .ply: binary little-endian, float32, vertex normals
-    and, where the mesh has it, `sigma` (standard deviation of the vertex's
-    position) as a vertex property.  Coordinates and sigma are in `unit`, which
-    the header or a comment names.  The same mesh gives the same bytes.
+    digits, vertex normals, split where the mesh has a crease.  .ply: binary
+    little-endian, float32, vertex normals and, where the mesh has it, `sigma`
+    (standard deviation of the vertex's position) as a vertex property.
+    Coordinates and sigma are in `unit`, which the header or a comment names.
+    The same mesh gives the same bytes.
 
     Raises ExportError for another ending, a mesh without triangles, a number
     that is not finite, or a place that cannot be written.
     """
-    ending = require_ending(path, MESH_ENDINGS, "a surface")
+    ending = require_ending(path, SURFACE_ENDINGS, "a surface")
     _require_sound(mesh, path)
     encode = {".stl": _stl, ".obj": _obj, ".ply": _ply}[ending]
     write_whole(path, encode(mesh, unit))
@@ -55,35 +57,42 @@ def _require_sound(mesh: Mesh, path: Path) -> None:
             )
 
 
+def _corner_normals(mesh: Mesh) -> tuple[FloatArray, IntArray]:
+    """Normals (k, 3), and which of them each triangle's corners (m, 3) have.
+
+    The vertices' own; beyond a crease, as between a solid's face and its rim,
+    that of the flat triangle.
+    """
+    flat = frames.unit(facets(mesh))
+    along = np.sum(flat[:, None] * mesh.normals[mesh.triangles], axis=2).min(axis=1)
+    creased = (along < _CREASE) & flat.any(axis=1)
+    places = mesh.triangles.copy()
+    places[creased] = len(mesh.normals) + np.arange(np.count_nonzero(creased))[:, None]
+    return np.concatenate([mesh.normals, flat[creased]]), places
+
+
 def _stl(mesh: Mesh, unit: Unit) -> bytes:
     corners = (mesh.vertices * _PER_METRE[unit])[mesh.triangles]
-    facets = np.zeros(
+    records = np.zeros(
         len(corners),
         dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")],
     )
-    facets["normal"] = _facet_normals(corners)
-    facets["corners"] = corners
+    records["normal"] = frames.unit(facets(mesh))
+    records["corners"] = corners
     # A binary STL must not begin with "solid", by which readers know the text form.
     header = f"Georibbon {__version__} binary STL; unit: {unit}".encode().ljust(_STL_HEADER_BYTES)
-    return header + struct.pack("<I", len(facets)) + facets.tobytes()
-
-
-def _facet_normals(corners: FloatArray) -> FloatArray:
-    """(m, 3) unit normals of (m, 3, 3) corners; zero for a triangle without area."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    normals: FloatArray = across / np.where(length > 0, length, 1.0)
-    return normals
+    return header + struct.pack("<I", len(records)) + records.tobytes()
 
 
 def _obj(mesh: Mesh, unit: Unit) -> bytes:
     head = f"# Georibbon {__version__}\n# unit: {unit}\n"
-    corners = np.repeat(mesh.triangles + 1, 2, axis=1)
+    normals, places = _corner_normals(mesh)
+    corners = np.stack([mesh.triangles, places], axis=2).reshape(-1, 6) + 1
     return "".join(
         (
             head,
             _rows("v %.10g %.10g %.10g\n", mesh.vertices * _PER_METRE[unit]),
-            _rows("vn %.7g %.7g %.7g\n", mesh.normals),
+            _rows("vn %.7g %.7g %.7g\n", normals),
             _rows("f %d//%d %d//%d %d//%d\n", corners),
         )
     ).encode("ascii")

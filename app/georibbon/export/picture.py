@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from georibbon.export.files import require_ending, write_whole
+from georibbon.export.files import PICTURE_ENDINGS, require_ending, write_whole
 from georibbon.reconstruction import Reconstruction
 
 
@@ -17,7 +17,7 @@ def write_picture(
     Needs no display.  Raises ExportError for another ending or a place that
     cannot be written.
     """
-    require_ending(path, (".png",), "a picture")
+    require_ending(path, PICTURE_ENDINGS, "a picture")
     write_whole(path, picture(reconstruction, size))
 
 

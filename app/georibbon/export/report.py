@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path, PurePath
 from typing import Any
 
-from georibbon.export.files import require_ending, write_whole
+from georibbon.export.files import REPORT_ENDINGS, require_ending, write_whole
 from georibbon.export.summary import report_data
 from georibbon.reconstruction import Reconstruction
 from georibbon.resources import resource
@@ -36,7 +36,7 @@ def write_report(
     where None).  The same result gives the same JSON.  Raises ExportError for
     another ending or a place that cannot be written.
     """
-    ending = require_ending(path, (".json", ".html"), "a report")
+    ending = require_ending(path, REPORT_ENDINGS, "a report")
     data = report_data(reconstruction, source=source, unit=unit, files=files)
     if ending == ".json":
         text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

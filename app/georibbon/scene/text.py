@@ -8,8 +8,7 @@ from vtkmodules.vtkCommonCore import VTK_FONT_FILE
 from vtkmodules.vtkRenderingCore import vtkTextProperty
 
 from georibbon.scene.colours import INK, Colour
-
-_LONGEST_LABEL = 16
+from georibbon.scene.labels import short_name
 
 
 def style(look: vtkTextProperty, size: int, colour: Colour = INK, bold: bool = False) -> None:
@@ -28,10 +27,8 @@ def style(look: vtkTextProperty, size: int, colour: Colour = INK, bold: bool = F
 
 
 def plain_label(text: str) -> str:
-    """A name as a label: short, on one line, and with no pair of signs that starts a formula."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
-    line = line.replace("$", "\\$")
-    return line if len(line) <= _LONGEST_LABEL else line[: _LONGEST_LABEL - 1] + "…"
+    """A name as a label, with no pair of signs that starts a formula."""
+    return short_name(text).replace("$", "\\$")
 
 
 @cache
