@@ -49,13 +49,18 @@ def test_it_tells_the_error_and_the_places(demonstrated):
     assert all(str(folder / name) in told for name in RESULTS)
 
 
-def test_its_folder_is_made(tmp_path, monkeypatch):
+@pytest.mark.parametrize("place", [".", "new/folder"])
+def test_a_folder_that_it_made_in_vain_is_taken_away(tmp_path, monkeypatch, place):
+    folder = tmp_path / "old" / place
+    (tmp_path / "old").mkdir()
+
     def stop(*_):
+        assert [path.name[:11] for path in folder.iterdir()] == [".georibbon-"] * len(RESULTS)
         raise SettingsError("stopped here")
 
     monkeypatch.setattr("georibbon.simulation.simulate", stop)
-    assert main(["demo", "-o", str(tmp_path / "new" / "folder")]) == 2
-    assert list((tmp_path / "new" / "folder").iterdir()) == []
+    assert main(["demo", "-o", str(folder)]) == 2
+    assert list((tmp_path / "old").iterdir()) == []
 
 
 def test_a_folder_that_cannot_be_made(tmp_path, capsys):

@@ -75,21 +75,21 @@ def test_the_examples_of_each_help_are_commands(words, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "named"),
+    ("words", "named", "command"),
     [
-        ([], "COMMAND"),
-        (["frobnicate"], "frobnicate"),
-        (["reconstruct"], "SOURCE"),
-        (["simulate", "dome"], "--output"),
-        (["reconstruct", "x", "--frobnicate"], "--frobnicate"),
-        (["reconstruct", "x", "--surf", "a.stl"], "--surf"),
+        ([], "COMMAND", "georibbon"),
+        (["frobnicate"], "frobnicate", "georibbon"),
+        (["reconstruct"], "SOURCE", "georibbon reconstruct"),
+        (["simulate", "dome"], "--output", "georibbon simulate"),
+        (["reconstruct", "x", "--frobnicate"], "--frobnicate", "georibbon reconstruct"),
+        (["reconstruct", "x", "--surf", "a.stl"], "--surf a.stl", "georibbon reconstruct"),
     ],
 )
-def test_words_that_cannot_be_read(words, named, capsys):
+def test_words_that_cannot_be_read(words, named, command, capsys):
     assert main(words) == 2
     told = refused(capsys)
     assert named in told
-    assert "--help explains" in told
+    assert f"; {command} --help explains" in told
 
 
 def test_the_input_at_fault(failing, capsys):
@@ -147,9 +147,16 @@ def test_a_terminal_that_knows_few_signs():
 
 def test_a_file_name_that_is_no_text(tmp_path):
     name = os.fsdecode(os.fsencode(str(tmp_path)) + b"/\xff")
-    run = program("info", name)
+    run = program("info", name, errors="surrogateescape")
     assert run.returncode == 2
-    assert run.stderr.startswith("georibbon: error: ")
+    assert run.stderr.startswith(f"georibbon: error: {name}: ")
+
+
+def test_a_file_name_on_a_terminal_that_knows_few_signs(tmp_path):
+    environment = os.environ | {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    run = program("info", str(tmp_path / "Tür"), env=environment, encoding="utf-8")
+    assert run.returncode == 2
+    assert run.stderr.startswith(f"georibbon: error: {tmp_path / 'Tür'}: ")
 
 
 def test_the_exit_code_reaches_the_shell(tmp_path):

@@ -95,11 +95,11 @@ def test_numbers_that_are_none_are_refused(tmp_path):
 
 
 def test_a_missing_or_too_large_file_is_refused(tmp_path, monkeypatch):
-    with pytest.raises(RecordingError, match="cannot be read"):
+    with pytest.raises(RecordingError, match="the file is missing"):
         read_truth(tmp_path / "none.json")
     monkeypatch.setattr(truth_module, "MAX_BYTES", 10)
     write_truth(TRUTH, tmp_path / "x.json")
-    with pytest.raises(RecordingError, match="larger"):
+    with pytest.raises(RecordingError, match="more than 10 bytes"):
         read_truth(tmp_path / "x.json")
 
 

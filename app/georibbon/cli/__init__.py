@@ -7,6 +7,7 @@ Exit codes: 0 done; 2 the input is at fault, told in one sentence on standard
 error; 1 a fault of the program; 130 interrupted.
 """
 
+import codecs
 import io
 import os
 import signal
@@ -55,7 +56,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         _end_cleanly()
     _print_anything()
     try:
-        arguments = build_parser(words).parse_args(words)
+        arguments, unknown = build_parser(words).parse_known_args(words)
+        if unknown:  # told by the command itself, whose own help explains its words
+            arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
         arguments.run(arguments)
         sys.stdout.flush()
     except SystemExit as end:  # argparse: help, version, or words it could not read
@@ -85,9 +88,18 @@ def _print_anything() -> None:
         sys.stdout = io.StringIO()
     if sys.stderr is None:
         sys.stderr = io.StringIO()
+    codecs.register_error("georibbon", _spelled)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="georibbon")
+
+
+def _spelled(error: UnicodeError) -> tuple[str | bytes, int]:
+    """The bytes of a file name that were no text as they came, any other sign by its number."""
+    try:
+        return codecs.lookup_error("surrogateescape")(error)
+    except UnicodeError:
+        return codecs.backslashreplace_errors(error)
 
 
 def build_parser(words: Sequence[str]) -> Parser:
@@ -103,6 +115,7 @@ def build_parser(words: Sequence[str]) -> Parser:
             command.add_argument(
                 "--debug", action="store_true", help="on an error, print where it arose"
             )
+            command.set_defaults(command=command)
     return parser
 
 

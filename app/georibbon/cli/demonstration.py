@@ -2,6 +2,8 @@
 
 import argparse
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,8 +57,8 @@ def run(arguments: argparse.Namespace) -> None:
 
     folder: Path = arguments.output
     wanted = _wanted(folder)
-    _make(folder)
-    with Outputs([folder / SESSION, *reconstruction.targets(wanted)]) as outputs:
+    targets = [folder / SESSION, *reconstruction.targets(wanted)]
+    with _made(folder), Outputs(targets) as outputs:
         simulation = simulate(_settings())
         session = outputs.place(folder / SESSION)
         create_session(session, simulation.recording)
@@ -83,13 +85,23 @@ def _wanted(folder: Path) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def _make(folder: Path) -> None:
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Makes the folder, and takes it away again where nothing comes to lie in it."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ExportError(
             f"{folder}: the folder cannot be made ({error.strerror}); choose another place"
         ) from error
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            for path in missing:
+                path.rmdir()
+        raise
 
 
 def _settings() -> "SimulationSettings":

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
 
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration, SensorModel
@@ -13,6 +12,7 @@ from georibbon.errors import SettingsError
 from georibbon.geometry.frames import Strip
 from georibbon.recording import Pass, PassKind, Pose, Recording, Workpiece
 from georibbon.ribbon import Readings, Ribbon
+from georibbon.rotations import about_z
 from georibbon.simulation.forward import expected_counts, field_direction, sample_counts
 from georibbon.simulation.layout import lay_passes
 from georibbon.simulation.poses import PLANS, attitudes
@@ -136,7 +136,7 @@ def _passes(
     read: np.random.Generator,
 ) -> tuple[Pass, ...]:
     """The passes and ties, each sensor's contact with the surface a little off."""
-    turn = Rotation.from_euler("z", yaw, degrees=True).as_matrix()
+    turn = about_z(np.radians(yaw))
     positions = np.array([sensor.position for sensor in bench.ribbon.sensors])
     contact = bench.settings.layout.contact
     passes = []

@@ -126,7 +126,7 @@ def crossing(a: Strip, b: Strip) -> tuple[float, float] | None:
 
     From the nearest pair of samples, by Gauss-Newton on the difference.
     """
-    gaps = np.linalg.norm(a.points[:, None, ::1] - b.points[None, :, ::1], axis=2)
+    gaps = np.linalg.norm(a.points[:, None] - b.points[None], axis=2)
     i, j = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
     first, second = Curve(a), Curve(b)
     at = np.array([a.s[i], b.s[j]])

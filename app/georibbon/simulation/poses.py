@@ -1,9 +1,9 @@
 """The calibration poses: what is asked for, and what a careless hand makes of it."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from georibbon.arrays import FloatArray
+from georibbon.rotations import about_x, about_y, about_z, exp
 
 Asked = tuple[float, float, float, bool]
 
@@ -55,12 +55,13 @@ def attitudes(
     lies exactly on it, and it is tilted once for all by `table_tilt` an axis.
     Cares and tilt in degrees, standard deviations.
     """
-    table = Rotation.from_rotvec([*np.radians(table_tilt) * rng.standard_normal(2), 0.0])
+    table = exp(np.radians([*table_tilt * rng.standard_normal(2), 0.0]))
     offset = rng.uniform(0.0, 360.0)
     slips = rng.standard_normal((len(plan), 2)) * [heading_care, pitch_care]
-    found = []
-    for (roll, heading, pitch, on_table), (turn, lift) in zip(plan, slips, strict=True):
-        angles = [heading + offset + turn, -pitch - (0.0 if on_table else lift), roll]
-        attitude = Rotation.from_euler("ZYX", angles, degrees=True)
-        found.append((table * attitude if on_table else attitude).as_matrix())
-    return np.array(found)
+    asked = np.reshape(plan, (-1, 4)).astype(np.float64)
+    on_table = asked[:, 3] > 0
+    roll = np.radians(asked[:, 0])
+    heading = np.radians(asked[:, 1] + offset + slips[:, 0])
+    pitch = np.radians(asked[:, 2] + np.where(on_table, 0.0, slips[:, 1]))
+    found = about_z(heading) @ about_y(-pitch) @ about_x(roll)
+    return np.where(on_table[:, None, None], table @ found, found)

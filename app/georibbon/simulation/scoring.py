@@ -9,8 +9,8 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
 from georibbon.geometry.closest import closest_point
-from georibbon.geometry.frames import Strip
-from georibbon.geometry.mesh import Mesh
+from georibbon.geometry.frames import Strip, arc_angles, unit
+from georibbon.geometry.mesh import Mesh, facets
 from georibbon.geometry.reference import ReferenceSurface
 from georibbon.simulation.truth import Truth
 
@@ -104,7 +104,7 @@ def _matched(found: Strip, true: Strip) -> tuple[FloatArray, FloatArray]:
     keep = (true.s >= found.s[0] - 1e-9) & (true.s <= found.s[-1] + 1e-9)
     columns = np.concatenate([found.points, found.normals], axis=1)
     at = np.stack([np.interp(true.s[keep], found.s, column) for column in columns.T], axis=1)
-    at[:, 3:] /= np.linalg.norm(at[:, 3:], axis=1, keepdims=True)
+    at[:, 3:] = unit(at[:, 3:])
     return at, np.concatenate([true.points, true.normals], axis=1)[keep]
 
 
@@ -113,10 +113,8 @@ def _deviations(
 ) -> FloatArray:
     """(2, n) position errors in millimetres and normal errors in degrees."""
     gap = found[:, :3] @ turn.T + shift - true[:, :3]
-    normals = found[:, 3:] @ turn.T
-    sine = np.linalg.norm(np.cross(normals, true[:, 3:]), axis=1)
-    cosine = np.einsum("ij,ij->i", normals, true[:, 3:])
-    return np.stack([1e3 * np.linalg.norm(gap, axis=1), np.degrees(np.arctan2(sine, cosine))])
+    angles = arc_angles(found[:, 3:] @ turn.T, true[:, 3:])
+    return np.stack([1e3 * np.linalg.norm(gap, axis=1), np.degrees(angles)])
 
 
 def _errors(values: FloatArray) -> Errors:
@@ -145,10 +143,7 @@ def surface_errors(
     """
     vertices = mesh.vertices @ turn.T + shift
     distance = 1e3 * closest_point(shape, vertices).distance
-    corners = vertices[mesh.triangles]
-    area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    area = np.linalg.norm(facets(mesh), axis=1)
     weight = np.bincount(mesh.triangles.ravel(), np.repeat(area, 3), minlength=len(vertices))
     rms = np.sqrt(np.sum(weight * distance**2) / np.sum(weight))
     return float(rms), float(np.abs(distance).max())

@@ -18,6 +18,7 @@ from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.errors import RecordingError
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.reference import ReferenceSurface
+from georibbon.session.files import built_file, read_bounded
 from georibbon.simulation.surfaces import make_surface
 
 MAX_BYTES = 200_000_000
@@ -42,7 +43,7 @@ class Truth:
 
 
 def write_truth(truth: Truth, path: Path) -> None:
-    """Write the truth as JSON; raises `OSError` where the file cannot be written."""
+    """Write the truth as JSON; raises `RecordingError` where the file cannot be written."""
     data: dict[str, Any] = {
         "surface": truth.surface,
         "yaw_degrees": truth.yaw_degrees,
@@ -52,7 +53,8 @@ def write_truth(truth: Truth, path: Path) -> None:
         data["surface_parameters"] = dict(truth.parameters)
     if truth.calibration is not None:
         data["calibration"] = _calibration_data(truth.calibration)
-    path.write_text(json.dumps(data, allow_nan=False), encoding="utf-8")
+    with built_file(path, RecordingError) as built:
+        built.write_text(json.dumps(data, allow_nan=False), encoding="utf-8")
 
 
 def _strip_data(strip: Strip) -> dict[str, Any]:
@@ -81,14 +83,9 @@ def read_truth(path: Path) -> Truth:
 
     Raises `RecordingError` where the file is missing or is no truth file.
     """
+    data = read_bounded(path, MAX_BYTES, str(path), RecordingError)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise RecordingError(f"{path.name} is larger than any truth file; give another one")
-        data = json.loads(path.read_text(encoding="utf-8"))
-        return _truth(data)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise RecordingError(f"{path}: the truth file cannot be read: {reason}") from error
+        return _truth(json.loads(data))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise RecordingError(
             f"{path.name} is not a truth file as `georibbon simulate` writes it: {error!r}; "

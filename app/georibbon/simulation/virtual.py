@@ -1,11 +1,11 @@
 """The virtual ribbon: where its sensors sit and what is truly wrong with each."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import SensorModel
 from georibbon.ribbon import Ribbon, Sensor
+from georibbon.rotations import exp
 from georibbon.simulation.settings import RibbonSettings
 
 ACCELEROMETER_COUNTS = 16384.0
@@ -38,7 +38,7 @@ def true_models(
 
 
 def _model(sensor: Sensor, settings: RibbonSettings, rng: np.random.Generator) -> SensorModel:
-    mounting = Rotation.from_rotvec(np.radians(settings.mounting) * rng.standard_normal(3))
+    mounting = small_rotations(settings.mounting, 1, rng)[0]
     shape = settings.cross_axis * rng.standard_normal((3, 3))
     np.fill_diagonal(shape, settings.scale * rng.standard_normal(3))
     if sensor.kind == "accelerometer":
@@ -47,7 +47,7 @@ def _model(sensor: Sensor, settings: RibbonSettings, rng: np.random.Generator) -
         iron = settings.soft_iron * rng.standard_normal((3, 3)) / 2
         shape += (iron + iron.T) / 2
         bias = settings.hard_iron * rng.standard_normal(3)
-    gain = sensor.counts_per_unit * (np.eye(3) + shape) @ mounting.as_matrix()
+    gain = sensor.counts_per_unit * (np.eye(3) + shape) @ mounting
     bias = sensor.counts_per_unit * bias
     return SensorModel(sensor.name, gain[: sensor.axes], bias[: sensor.axes])
 
@@ -65,4 +65,4 @@ def noise_counts(ribbon: Ribbon, settings: RibbonSettings) -> FloatArray:
 
 def small_rotations(degrees: float, n: int, rng: np.random.Generator) -> FloatArray:
     """(n, 3, 3) random small rotations, `degrees` standard deviation about each axis."""
-    return Rotation.from_rotvec(np.radians(degrees) * rng.standard_normal((n, 3))).as_matrix()
+    return exp(np.radians(degrees) * rng.standard_normal((n, 3)))
