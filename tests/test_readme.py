@@ -44,7 +44,6 @@ def test_the_commands_run_and_leave_what_they_name(folder):
     for name in named:
         assert (folder / name).exists(), name
     for name in ("report.html", "surface.stl", "curves.csv", "surface.png", "demo.georibbon"):
-        assert f"build/demo/{name}" in README or name in README
         assert (folder / "build" / "demo" / name).stat().st_size > 1000
 
 
