@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from geographiclib.geodesic import Geodesic
 
+from georibbon.errors import SurfaceError
 from georibbon.geometry.geodesics import directions_at, geodesic, geodesics, tangent_rates, trace
 from georibbon.geometry.reference import (
     Bonnet,
@@ -212,3 +213,10 @@ def test_a_tighter_tolerance_comes_nearer_to_the_closed_form():
     assert errors[2] < 1e-9
     along = geodesics(sphere, start, direction, s)[0].points
     np.testing.assert_allclose(along, circle, atol=1e-10)
+
+
+def test_where_geodesics_cannot_be_followed_it_is_told() -> None:
+    """Just beside an ellipsoid's pole its parameters turn faster than any step can follow."""
+    s = np.linspace(0.0, 3.0, 5)
+    with pytest.raises(SurfaceError, match="cannot be followed beyond 0\\.7"):
+        geodesic(Ellipsoid(0.5, 0.5, 0.5), (0.0, 0.0), (1e-12, 1.0, 0.0), s)

@@ -387,7 +387,8 @@ def test_a_magnet_lies_where_it_is_put():
     [
         ({"surface": "shoe"}, "no surface 'shoe'"),
         ({"parameters": {"bumps": 1.0}}, "no parameter 'bumps'"),
-        ({"parameters": {"radius_x": np.nan}}, "finite"),
+        ({"parameters": {"radius_x": np.nan}}, "radius_x is nan; give a value from 0.05 to 50"),
+        ({"parameters": {"radius_y": 0.0}}, "radius_y is 0; give a value"),
         ({"layout": LayoutSettings(start=(0.99, 0.0))}, "P1 runs off"),
         ({"faults": FaultSettings(dead=("A99",))}, "A99"),
         ({"faults": FaultSettings(magnet=0.2, magnet_on="P9")}, "P9"),
@@ -425,3 +426,15 @@ def test_settings_that_do_not_fit_together_are_refused(change, words):
 def test_values_that_mean_nothing_are_refused(kind, change, words):
     with pytest.raises(SettingsError, match=words):
         kind(**change)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_parameter_has_limits_and_a_default_within_them(name):
+    kind = SURFACES[name]
+    assert kind.limits.keys() == kind.parameters.keys()
+    for key, (least, most) in kind.limits.items():
+        assert least < kind.parameters[key] < most
+        for value in (least, most):
+            assert make_surface(name, {key: value})
+            with pytest.raises(SettingsError, match=f"{name}: {key} is"):
+                make_surface(name, {key: value + np.copysign(1.0, value - kind.parameters[key])})

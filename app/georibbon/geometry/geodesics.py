@@ -7,13 +7,18 @@ Surfaces, 4-4).
 """
 
 from collections.abc import Sequence
+from itertools import count
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from georibbon.arrays import FloatArray
+from georibbon.errors import SurfaceError
 from georibbon.geometry.frames import Strip, frames_from, unit
 from georibbon.geometry.reference import Jet, ReferenceSurface
+
+# Gentle surfaces need some hundreds; near a pole of the parameters no number is enough.
+MOST_EVALUATIONS = 20_000
 
 
 def tangent_rates(jet: Jet, directions: FloatArray) -> FloatArray:
@@ -56,7 +61,8 @@ def geodesics(
     length (made unit and tangent).  s: (m,) ascending signed distances from the
     points, metres, at which the curves are given; the strips' arc length starts
     at 0, where s is least.  All are integrated together (DOP853), to the
-    relative `tolerance`.
+    relative `tolerance`.  Raises SurfaceError where they run through a singular
+    place of the parameters, such as an ellipsoid's pole.
     """
     return trace(surface, uv, directions, s, tolerance)[1]
 
@@ -97,7 +103,15 @@ def _integrate(
     if s[-1] == 0:
         return np.repeat(start[None], len(s), axis=0)
 
-    def rate(_: float, flat: FloatArray) -> FloatArray:
+    evaluations = count(1)
+
+    def rate(at: float, flat: FloatArray) -> FloatArray:
+        if next(evaluations) > MOST_EVALUATIONS:
+            raise SurfaceError(
+                f"the geodesics cannot be followed beyond {at:.3f} m: the surface bends too "
+                "sharply there for them, or ends in a point; choose a gentler or a larger surface, "
+                "or another place on it"
+            )
         state = flat.reshape(start.shape)
         jet = surface.jet(state[:, :2])
         du, dv = state[:, 2:3], state[:, 3:4]

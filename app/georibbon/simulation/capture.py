@@ -60,7 +60,8 @@ class _Bench:
 def simulate(settings: SimulationSettings) -> Simulation:
     """The recording and truth of a virtual capture; the same for the same settings.
 
-    Raises `SettingsError` where a setting means nothing.
+    Raises `SettingsError` where a setting means nothing, `SurfaceError` where
+    the surface is too sharply bent for geodesics to be followed.
     """
     streams = [
         np.random.default_rng(seed) for seed in np.random.SeedSequence(settings.seed).spawn(6)
