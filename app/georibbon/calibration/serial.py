@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, fields
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -23,6 +23,7 @@ FORMAT = "georibbon-calibration"
 VERSION = 1
 MOST_SENSORS = 10_000
 MOST_NOTICES = 10_000
+MOST_NUMBER = 1e9  # counts per unit, counts; degrees and radians by far
 SIGMAS = ("mounting_sigma", "gauge_sigma", "dip_sigma")
 Data = Mapping[str, Any]
 
@@ -135,22 +136,18 @@ def _wrong(where: str, name: str, value: object, expected: str) -> CalibrationEr
     )
 
 
-def _is_number(value: object) -> bool:
-    try:
-        return (
-            isinstance(value, int | float)
-            and not isinstance(value, bool)
-            and math.isfinite(float(value))
-        )
-    except OverflowError:
-        return False
+def _is_number(value: object) -> TypeGuard[float]:
+    """Whether it is a number of a size that a calibration can hold; not so nan."""
+    return (
+        isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER
+    )
 
 
 def _number(data: Data, name: str, where: str) -> float:
     value = data.get(name)
     if not _is_number(value):
-        raise _wrong(where, name, value, "a finite number")
-    return float(value)  # type: ignore[arg-type]  # _is_number has said what it is
+        raise _wrong(where, name, value, f"a number of at most {MOST_NUMBER:g}")
+    return float(value)
 
 
 def _sigma(data: Data, name: str, where: str, default: float) -> float:
@@ -179,7 +176,8 @@ def _list(data: Data, name: str, where: str, most: int) -> list[Any]:
 def _table(data: Data, name: str, where: str, columns: int | None) -> FloatArray:
     """A list of numbers, or of rows of `columns` numbers, 2 or 3 long."""
     value = data.get(name)
-    expected = "2 or 3 finite numbers" if columns is None else "2 or 3 rows of 3 finite numbers"
+    what = "2 or 3 numbers" if columns is None else "2 or 3 rows of 3 numbers"
+    expected = f"a list of {what} of at most {MOST_NUMBER:g}"
     if not isinstance(value, list) or len(value) not in (2, 3):
         raise _wrong(where, name, value, expected)
     rows = [[item] for item in value] if columns is None else value
@@ -197,6 +195,8 @@ def _sensor(item: object, where: str) -> SensorModel:
         raise _wrong(
             where, "bias", bias.tolist(), f"one number for each of gain's {len(gain)} rows"
         )
+    if np.linalg.matrix_rank(gain) < len(gain):
+        raise _wrong(where, "gain", gain.tolist(), "a row for each axis, none a sum of the others")
     used = data.get("used", True)
     if not isinstance(used, bool):
         raise _wrong(where, "used", used, "true or false")
