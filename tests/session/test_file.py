@@ -311,13 +311,27 @@ def test_a_session_being_written_to_is_told(session):
             assert "another program is writing" in refused(session)
 
 
-def test_a_session_is_overwritten_only_when_told(session):
-    other = long_recording(3, 100.0)
-    with pytest.raises(SessionError, match="there already"):
-        create_session(session, other)
+def test_a_session_is_never_overwritten(session):
+    with pytest.raises(SessionError, match="such a file already"):
+        create_session(session, long_recording(3, 100.0))
     assert same(read_session(session), recording())
-    create_session(session, other, overwrite=True)
-    assert same(read_session(session), other)
+
+
+def test_reading_leaves_nothing_beside_a_session_in_wal_mode(session):
+    with closing(sqlite3.connect(session)) as database:
+        assert database.execute("PRAGMA journal_mode = WAL").fetchone() == ("wal",)
+    assert list(session.parent.iterdir()) == [session]
+    assert same(read_session(session), recording())
+    assert list(session.parent.iterdir()) == [session]
+
+
+def test_a_foreign_database_in_wal_mode_is_left_as_it_is(tmp_path):
+    path = tmp_path / "other.georibbon"
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("PRAGMA journal_mode = WAL")
+        database.execute("CREATE TABLE t (a)")
+    assert "another program's" in refused(path)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("ending", ["-wal", "-journal"])

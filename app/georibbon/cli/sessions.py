@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
 from georibbon.cli.printing import counted
-from georibbon.errors import SessionError
 from georibbon.export.files import require_ending
 
 if TYPE_CHECKING:
@@ -68,15 +67,11 @@ def configure(name: str, parser: Parser) -> None:
 
 def import_(arguments: argparse.Namespace) -> None:
     """Recording folder to session file."""
-    from georibbon.session.file import create_session
+    from georibbon.session.file import check_place, create_session
     from georibbon.session.folder import read_recording
 
     require_ending(arguments.output, (".georibbon",), "a session")
-    if arguments.output.exists():
-        raise SessionError(
-            f"{arguments.output}: there is such a file already and its data is not overwritten; "
-            "choose another name"
-        )
+    check_place(arguments.output)
     recording = read_recording(arguments.recording)
     create_session(arguments.output, recording)
     print(f"{_contents(recording)}\nwritten: {arguments.output}")

@@ -34,14 +34,14 @@ _MAGIC = b"SQLite format 3\x00"
 Row = tuple[object, ...]
 
 
-def create_session(path: Path, recording: Recording, *, overwrite: bool = False) -> None:
+def create_session(path: Path, recording: Recording) -> None:
     """Write a recording into a new session file.
 
     It is written beside and renamed when whole.  Raises SessionError where a
-    file is there already and `overwrite` is False, or the place cannot be
-    written; RecordingError where the recording cannot be meant.
+    file is there already, or the place cannot be written; RecordingError where
+    the recording cannot be meant.
     """
-    _check_place(path, overwrite)
+    check_place(path)
     files = [str(i + 1) for i in range(len(recording.poses) + len(recording.passes))]
     tables = tables_of(recording, files)
     outline = read_outline(tables, Source("the recording", RecordingError))
@@ -79,12 +79,6 @@ def read_session(path: Path) -> Recording:
         _refuse_damaged(path, error)
 
 
-def is_session(path: Path) -> bool:
-    """Whether a file begins as a session file does (a database of any program)."""
-    with path.open("rb") as file:
-        return file.read(len(_MAGIC)) == _MAGIC
-
-
 def _refuse_damaged(path: Path, cause: Exception) -> NoReturn:
     raise SessionError(
         f"{path.name}: the session file is damaged ({cause}); take a copy of it made before, or "
@@ -92,12 +86,16 @@ def _refuse_damaged(path: Path, cause: Exception) -> NoReturn:
     ) from cause
 
 
-def _check_place(path: Path, overwrite: bool) -> None:
+def check_place(path: Path) -> None:
+    """Raise SessionError where a new session cannot take this name."""
     kind = kind_of(path)
     if kind not in ("file", "nothing"):
         raise SessionError(f"{path}: this is a folder or a device; give the name of a file")
-    if kind == "file" and not overwrite:
-        raise SessionError(f"{path}: the file is there already; give another name or remove it")
+    if kind == "file":
+        raise SessionError(
+            f"{path}: there is such a file already and its data is not overwritten; choose another "
+            "name"
+        )
     for ending in ("-wal", "-journal"):
         if kind_of(Path(f"{path}{ending}")) != "nothing":
             raise SessionError(
@@ -162,7 +160,8 @@ def _check_file(path: Path) -> None:
     if kind != "file":
         raise SessionError(f"{path}: this is no file; give the name of a session file")
     try:
-        session = is_session(path)
+        with path.open("rb") as file:
+            session = file.read(len(_MAGIC)) == _MAGIC
         size = path.stat().st_size
     except OSError as error:
         reason = error.strerror or error
@@ -175,14 +174,26 @@ def _check_file(path: Path) -> None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection that can only read, in one transaction."""
-    database = sqlite3.connect(path.resolve().as_uri() + "?mode=ro", uri=True, isolation_level=None)
+    """A connection that can only read, in one transaction.
+
+    A session in WAL mode that no program has open is taken as it lies: to share
+    it, SQLite would put two files beside it.
+    """
+    alone = kind_of(Path(f"{path}-wal")) == "nothing" and _in_wal_mode(path)
+    uri = f"{path.resolve().as_uri()}?mode=ro{'&immutable=1' if alone else ''}"
+    database = sqlite3.connect(uri, uri=True, isolation_level=None)
     with closing(database):
         database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_ROW)
         for setting in ("trusted_schema = OFF", "query_only = ON", "cell_size_check = ON"):
             database.execute(f"PRAGMA {setting}")
         database.execute("BEGIN")
         yield database
+
+
+def _in_wal_mode(path: Path) -> bool:
+    """Whether the header says so (byte 19, counted from 0: the version that a reader needs)."""
+    with path.open("rb") as file:
+        return file.read(20)[19:] == b"\x02"
 
 
 def _check_database(database: sqlite3.Connection, path: Path) -> None:
