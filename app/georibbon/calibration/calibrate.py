@@ -28,6 +28,7 @@ from georibbon.calibration.model import (
     SensorModel,
 )
 from georibbon.calibration.poses import (
+    KINDS,
     Attitudes,
     Block,
     attitudes,
@@ -156,8 +157,8 @@ def _usable(
     means = [still_means(readings) for readings in cleaned]
     saturated = suspects.saturated_columns(poses)
     groups, out = [], []
-    for kind in ("accelerometer", "magnetometer"):
-        group = block(ribbon, means, "accelerometer" if kind == "accelerometer" else "magnetometer")
+    for kind in KINDS:
+        group = block(ribbon, means, kind)
         expected = suspects.usual_range(group)
         if kind == "accelerometer":
             expected = np.maximum(expected, np.ptp(asked.up, axis=0))

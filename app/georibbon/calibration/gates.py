@@ -6,6 +6,7 @@ from georibbon.arrays import FloatArray
 from georibbon.calibration.labels import FACES, face_of
 from georibbon.calibration.model import CalibrationQuality
 from georibbon.calibration.poses import Attitudes, Block
+from georibbon.calibration.quality import weakest_axis
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
 
@@ -23,11 +24,11 @@ WORST_MAGNETOMETER, WEAK_MAGNETOMETER = 1.0, 0.7
 WORST_GAUGE = 0.17
 # A dip whose sign is in doubt by less than this is not compared with the place's.
 LEVEL_FIELD = np.radians(10.0)
-MISSING = (
-    "lift one end of the bar by about 40°, then the other",
-    "lay the bar on its left and on its right edge",
-    "lay the bar with the upper face up and with it down",
-)
+MISSING = {
+    "x": "lift one end of the bar by about 40°, then the other",
+    "y": "lay the bar on its left and on its right edge",
+    "z": "lay the bar with the upper face up and with it down",
+}
 
 
 def require_poses(number: int) -> None:
@@ -69,10 +70,9 @@ def require_coverage(coverage: float, up: FloatArray) -> None:
     """Raises CalibrationError where "up" hardly varies along one of the bar's axes."""
     if coverage >= LEAST_COVERAGE:
         return
-    centred = up - up.mean(axis=0)
-    weakest = int(np.argmax(np.abs(np.linalg.eigh(centred.T @ centred)[1][:, 0])))
+    weakest = weakest_axis(up)
     raise CalibrationError(
-        f"the poses hardly differ along the ribbon's {'xyz'[weakest]} axis (coverage "
+        f"the poses hardly differ along the ribbon's {weakest} axis (coverage "
         f"{coverage:.2f}, at least {LEAST_COVERAGE} is needed); {MISSING[weakest]}"
     )
 

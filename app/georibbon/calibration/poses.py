@@ -14,6 +14,7 @@ from georibbon.stillness import StillMeans
 
 # A pose in which fewer axes of a kind gave values is left out.
 LEAST_SHARE = 0.5
+KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -122,7 +123,7 @@ def with_values(ribbon: Ribbon, poses: Sequence[Pose]) -> BoolArray:
     has = np.array([np.isfinite(pose.readings.counts).any(axis=0) for pose in poses])
     alive = has.any(axis=0) if len(poses) else np.zeros(0, dtype=bool)
     good = np.ones(len(poses), dtype=bool)
-    for kind in ("accelerometer", "magnetometer"):
+    for kind in KINDS:
         axes = [column for s in ribbon.sensors if s.kind == kind for column in s.columns]
         counted = alive & np.isin(ribbon.columns, axes) if len(poses) else alive
         if counted.any():

@@ -6,6 +6,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray
 from georibbon.calibration.separable import Normals
+from georibbon.ribbon import AXIS_LETTERS
 
 # How much more than readings the bar's square faces count in the figure A: all but exact.
 SQUARE = 1e4
@@ -43,8 +44,13 @@ def determined(normals: Normals, axes: FloatArray, free: int = 0) -> Determined:
 
 def coverage(directions: FloatArray) -> float:
     """Three times the smallest eigenvalue of unit directions' covariance (1: evenly spread)."""
-    centred = directions - directions.mean(axis=0)
-    return float(3.0 * np.linalg.eigvalsh(centred.T @ centred / len(directions))[0])
+    return float(3.0 * np.linalg.eigvalsh(np.cov(directions.T, bias=True))[0])
+
+
+def weakest_axis(directions: FloatArray) -> str:
+    """The axis, x, y or z, along which directions (n, 3) differ least."""
+    least = np.linalg.eigh(np.cov(directions.T, bias=True))[1][:, 0]
+    return AXIS_LETTERS[int(np.argmax(np.abs(least)))]
 
 
 def noise_of(residuals: FloatArray, weights: FloatArray, axes: FloatArray, unknowns: int) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from georibbon.arrays import FloatArray
-from georibbon.calibration.quality import coverage
+from georibbon.calibration.quality import coverage, weakest_axis
 from georibbon.errors import CalibrationError
 from georibbon.notices import Notice
 
@@ -128,10 +128,10 @@ def _design(unit: FloatArray) -> FloatArray:
 
 def _require_space(unit: FloatArray) -> None:
     """Raises CalibrationError where the readings lie in a plane, or on fewer than nine spots."""
-    values, vectors = np.linalg.eigh(unit.T @ unit / len(unit))
+    values = np.linalg.eigvalsh(np.cov(unit.T, bias=True))
     if values[0] < 1e-4 * values[2]:
         raise CalibrationError(
-            f"all poses lie in one plane, nothing was turned towards {_axis(vectors[:, 0])}; "
+            f"all poses lie in one plane, nothing was turned towards {_axis(weakest_axis(unit))}; "
             "take poses with that axis up and down"
         )
     spots = np.unique(np.round(unit, 2), axis=0)
@@ -198,16 +198,40 @@ def _spread(normal: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((vectors**2 / kept).sum(axis=1)))
 
 
-def _axis(direction: FloatArray) -> str:
-    return f"the sensor's {'xyz'[int(np.argmax(np.abs(direction)))]} axis"
+def _axis(letter: str) -> str:
+    return f"the sensor's {letter} axis"
 
 
 def _judged(
     covered: float, shift: float, spread: float, directions: FloatArray
 ) -> tuple[Notice, ...]:
     """Notices for a weak fit; raises CalibrationError for one that is worth nothing."""
-    centred = directions - directions.mean(axis=0)
-    weakest = _axis(np.linalg.eigh(centred.T @ centred)[1][:, 0])
+    poses, weakest = len(directions), _axis(weakest_axis(directions))
+    _require_determined(covered, shift, spread, poses, weakest)
+    doubts = (
+        (
+            spread > GOOD_SPREAD,
+            f"the {poses} poses leave a parameter at {spread:.0f} times their noise, good is "
+            f"{GOOD_SPREAD:.0f}; take more poses, far apart, between the axes",
+        ),
+        (
+            covered < GOOD_COVERAGE,
+            f"the poses differ little along {weakest} (coverage {covered:.2f}, good is "
+            f"{GOOD_COVERAGE}); take more poses with that axis up and down",
+        ),
+        (
+            shift > GOOD_SHIFT,
+            f"the bias moves by {100.0 * shift:.2f} % of 1 g between the algebraic and the "
+            f"geometric fit, good is {100.0 * GOOD_SHIFT:.1f} %; take more poses, far apart",
+        ),
+    )
+    return tuple(Notice("calibration-weak", message) for weak, message in doubts if weak)
+
+
+def _require_determined(
+    covered: float, shift: float, spread: float, poses: int, weakest: str
+) -> None:
+    """Raises CalibrationError where the poses leave the model open."""
     if covered < LEAST_COVERAGE:
         raise CalibrationError(
             f"the poses hardly differ along {weakest} (coverage {covered:.2f}, at least "
@@ -221,33 +245,7 @@ def _judged(
         )
     if spread > WORST_SPREAD:
         raise CalibrationError(
-            f"the {len(directions)} poses leave a parameter at {spread:.0f} times their noise, "
+            f"the {poses} poses leave a parameter at {spread:.0f} times their noise, "
             f"{WORST_SPREAD:.0f} times is the most; take poses between the axes, tilted by 30 to "
             f"60°, most of all towards {weakest}"
         )
-    notices = []
-    if spread > GOOD_SPREAD:
-        notices.append(
-            Notice(
-                "calibration-weak",
-                f"the {len(directions)} poses leave a parameter at {spread:.0f} times their "
-                f"noise, good is {GOOD_SPREAD:.0f}; take more poses, far apart, between the axes",
-            )
-        )
-    if covered < GOOD_COVERAGE:
-        notices.append(
-            Notice(
-                "calibration-weak",
-                f"the poses differ little along {weakest} (coverage {covered:.2f}, good is "
-                f"{GOOD_COVERAGE}); take more poses with that axis up and down",
-            )
-        )
-    if shift > GOOD_SHIFT:
-        notices.append(
-            Notice(
-                "calibration-weak",
-                f"the bias moves by {100.0 * shift:.2f} % of 1 g between the algebraic and the "
-                f"geometric fit, good is {100.0 * GOOD_SHIFT:.1f} %; take more poses, far apart",
-            )
-        )
-    return tuple(notices)

@@ -11,6 +11,7 @@ _DIRECTIONS = np.array(
     [[x, y, z] for z in (0.95, -0.95) for x, y in ((-0.7, -1), (0.7, -1), (-0.7, 1), (0.7, 1))]
 )
 _UP = np.array([0.0, 0.0, 1.0])
+_ANGLE = np.radians(24.0)  # the full vertical one: a moderate telephoto, with little distortion
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,6 @@ def fit_view(
     direction: FloatArray,
     aspect: float,
     region: Region,
-    angle: float = np.radians(24.0),
 ) -> View:
     """The nearest view along `direction` from which all points lie in the region.
 
@@ -66,12 +66,12 @@ def fit_view(
     up = np.cross(direction, right)
     origin = points.mean(axis=0)
     r, u, w = ((points - origin) @ np.column_stack((right, up, direction))).T
-    half = np.tan(angle / 2)
+    half = np.tan(_ANGLE / 2)
     across = _Edges(r, w, half * aspect * region.left, half * aspect * region.right)
     upward = _Edges(u, w, half * region.bottom, half * region.top)
     distance = max(across.distance, upward.distance)
     focus = origin + across.centre(distance) * right + upward.centre(distance) * up
-    return View(focus + distance * direction, focus, up, float(angle))
+    return View(focus + distance * direction, focus, up, float(_ANGLE))
 
 
 class _Edges:
