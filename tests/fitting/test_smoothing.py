@@ -11,6 +11,7 @@ from laid import FLAT, both, constant, lay, ribbon, shape_of
 from georibbon.fitting.grid import integrate_frames, make_grid
 from georibbon.fitting.sensing import Noise
 from georibbon.fitting.smoothing import (
+    best_contact,
     best_lengths,
     information_density,
     length_of_weight,
@@ -136,3 +137,41 @@ def test_the_chosen_length_gives_curves_about_as_good_as_any():
         errors.append(np.mean(misses))
     assert errors[0] < 1.2 * min(errors[1:])
     assert errors[0] < 0.6 * max(errors[1:])
+
+
+def contact_found(truly, *, magnet=False, passes=5, seed=0):
+    """What the evidence says of the contact's noise, over what is usual."""
+    usual = Noise()
+    bends = [lambda s, k=k: 1.0 + 0.5 * np.sin(4.0 * s + k) for k in range(passes)]
+    truth = both(*(shape_of(GRID, FLAT, constant(0.1), bend) for bend in bends))
+    laid = lay(RIBBON, truth, seed=seed, noise=replace(usual, contact=truly * usual.contact))
+    observed = laid.problem.observations
+    if magnet:
+        values = observed.values.copy()
+        values[1, 9:16:2] += 0.25
+        observed = replace(observed, values=values)
+    problem = replace(laid.problem, noise=usual, observations=observed)
+    weight = weight_of_length(0.2, information_density(problem))
+    strips = fit_strips(problem, truth, np.full(passes, float(weight)))
+    return best_contact(problem, strips) / usual.contact
+
+
+@pytest.mark.parametrize("truly", [1.5, 2.0, 3.0])
+def test_the_contact_noise_is_found(truly):
+    found = np.array([contact_found(truly, seed=seed) for seed in range(6)])
+    assert np.abs(found / truly - 1.0).max() < 0.25
+    assert abs(found.mean() / truly - 1.0) < 0.1
+
+
+@pytest.mark.parametrize("magnet", [False, True])
+@pytest.mark.parametrize("truly", [0.2, 1.0])
+def test_usual_readings_and_a_magnet_are_no_greater_noise(truly, magnet):
+    found = [contact_found(truly, magnet=magnet, seed=seed) for seed in range(6)]
+    assert min(found) >= 1.0
+    assert max(found) < 1.2
+
+
+def test_a_single_pass_tells_less_of_the_noise_than_many():
+    one = np.array([contact_found(2.0, passes=1, seed=seed) for seed in range(8)])
+    many = np.array([contact_found(2.0, passes=6, seed=seed) for seed in range(8)])
+    assert many.std() < one.std()

@@ -53,6 +53,24 @@ def _distinct(places: IntArray, cost: FloatArray, frames: FloatArray) -> list[in
     return kept
 
 
+def refitted(
+    problem: StripProblem, candidates: Sequence[Strips], lengths: FloatArray
+) -> list[Strips]:
+    """The candidates fitted again from where they are, the problem's noise having changed."""
+    counts = [len(part.cost) for part in candidates]
+    owner = np.repeat(np.arange(len(counts)), counts)
+    many, strips = problem.take(owner), stack(candidates)
+    asked = lengths[owner]
+    chosen = np.where(np.isnan(asked), best_lengths(many, strips), asked)
+    weights = weight_of_length(chosen, information_density(problem))
+    strips = fit_strips(many, strips.shape, weights)
+    frames = integrate_frames(problem.grid, strips.shape)
+    return [
+        strips.take(_distinct(np.flatnonzero(owner == p), strips.cost, frames))
+        for p in range(len(counts))
+    ]
+
+
 def with_borrowed(problem: StripProblem, candidates: Sequence[Strips]) -> list[Strips]:
     """The candidates, and for a pass at odds with its sensors those that other passes lead to.
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from georibbon.arrays import IntArray
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.calibration.model import Calibration
 from georibbon.errors import FitError
-from georibbon.fitting.candidates import find_candidates, stack, with_borrowed
+from georibbon.fitting.candidates import find_candidates, refitted, stack, with_borrowed
 from georibbon.fitting.equations import loose_assumptions, observations
 from georibbon.fitting.grid import (
     Grid,
@@ -34,7 +34,7 @@ from georibbon.fitting.planning import FIXED, FREE, Plan, make_plan
 from georibbon.fitting.result import PassesFit, of_adjustment
 from georibbon.fitting.screening import Screened
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe
-from georibbon.fitting.smoothing import information_density, length_of_weight
+from georibbon.fitting.smoothing import best_contact, information_density, length_of_weight
 from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
     StripProblem,
@@ -58,6 +58,7 @@ LEAST_MAGNETOMETERS = 3
 # Shapes whose costs differ by less than this are not told apart (twice the log of about 150).
 AMBIGUOUS_WITHIN = 10.0
 NEIGHBOUR_ROUNDS = 2
+USUAL_FACTOR = 1.2  # a contact's noise up to this much greater is usual
 # What the calibration leaves at each magnetometer beside its rotation, of the local field.
 OFFSET_SIGMA = 0.003
 LEAST_GAUGE_SIGMA = np.radians(0.02)
@@ -91,6 +92,12 @@ class Capture:
     observations: Observations
     problem: StripProblem
     moved: tuple[bool, ...]
+
+    @property
+    def noise(self) -> Noise:
+        """The noise of each pass's own, without the mounting that all passes share."""
+        whole, shared = self.problem.noise.contact, self.calibration.mounting_sigma
+        return replace(self.problem.noise, contact=float(np.sqrt(whole**2 - shared**2)))
 
 
 def prepare(recording: Recording, calibration: Calibration, screened: Screened) -> Capture:
@@ -126,10 +133,15 @@ def _require_sensors(recording: Recording, array: SensorArray, observed: Observa
 
 def fit_alone(capture: Capture, passes: Sequence[int], settings: FitSettings) -> list[Strips]:
     """The candidates of the passes with the given numbers, each by itself."""
+    lengths = _lengths(capture, passes, settings)
+    return find_candidates(capture.problem.take(list(passes)), lengths)
+
+
+def _lengths(capture: Capture, passes: Sequence[int], settings: FitSettings) -> FloatArray:
+    """The smoothing lengths asked for, metres, NaN where the evidence is to choose."""
     names = [capture.recording.passes[k].name for k in passes]
     every = settings.smoothing.get("*", np.nan)
-    lengths = np.array([settings.smoothing.get(name, every) for name in names])
-    return find_candidates(capture.problem.take(list(passes)), lengths)
+    return np.array([settings.smoothing.get(name, every) for name in names])
 
 
 def fit_together(
@@ -140,6 +152,7 @@ def fit_together(
     Raises `FitError` where the survey does not hold the passes together.
     """
     candidates = with_borrowed(capture.problem, candidates)
+    capture, candidates, noted = _with_found_noise(capture, candidates, settings)
     strips = stack(candidates)
     counts = [len(part.cost) for part in candidates]
     owner = np.repeat(np.arange(len(candidates), dtype=np.int64), counts)
@@ -157,7 +170,34 @@ def fit_together(
         capture.observations.present,
         length_of_weight(best.problem.smoothing, information_density(capture.problem)),
         ambiguous,
-        (*plan.notices, *_ambiguity_notices(capture.recording, ambiguous)),
+        (*noted, *plan.notices, *_ambiguity_notices(capture.recording, ambiguous)),
+    )
+
+
+def _with_found_noise(
+    capture: Capture, candidates: Sequence[Strips], settings: FitSettings
+) -> tuple[Capture, Sequence[Strips], list[Notice]]:
+    """The capture with the contact's noise as its own readings show it, its passes fitted anew.
+
+    Where that is hardly more than usual nothing is changed.
+    """
+    best = stack([part.take([0]) for part in candidates])
+    usual = capture.problem.noise.contact
+    found = best_contact(capture.problem, best)
+    if found < USUAL_FACTOR * usual:
+        return capture, candidates, []
+    problem = replace(capture.problem, noise=replace(capture.problem.noise, contact=found))
+    changed = replace(capture, problem=problem)
+    lengths = _lengths(capture, range(len(candidates)), settings)
+    return changed, refitted(problem, candidates, lengths), [_noise_notice(usual, found)]
+
+
+def _noise_notice(usual: float, found: float) -> Notice:
+    return Notice(
+        "readings-scatter",
+        f"the sensors scatter by {np.degrees(found):.2f} degrees about smooth curves where "
+        f"{np.degrees(usual):.2f} is usual; the standard deviations count it: see that the ribbon "
+        "lies flat, and look at the calibration",
     )
 
 
@@ -244,7 +284,7 @@ def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placin
         grid=capture.grid,
         array=capture.array,
         observations=capture.observations,
-        noise=Noise(),
+        noise=capture.noise,
         smoothing=strips.smoothing[placing.choice],
         survey=(*observations(survey), *assumptions),
         anchors=np.zeros((p, 3)),

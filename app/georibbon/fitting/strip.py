@@ -147,7 +147,7 @@ def _roughness_cost(grid: Grid, shape: Shape, smoothing: FloatArray) -> FloatArr
     return np.asarray(smoothing * rough)
 
 
-def _log_determinant(white: FloatArray) -> FloatArray:
+def log_determinants(white: FloatArray) -> FloatArray:
     """(b,) the log-determinant of the covariance of all present readings."""
     diagonal = np.abs(np.diagonal(white, axis1=-2, axis2=-1))
     logs = np.log(np.where(diagonal > 0, diagonal, 1.0))
@@ -213,7 +213,7 @@ def evaluate(
     cost = robust_cost(linear.squares).sum(axis=1) + _roughness_cost(problem.grid, shape, smoothing)
     return Strips(
         shape,
-        cost + _log_determinant(white),
+        cost + log_determinants(white),
         normal + prior(problem.grid, smoothing),
         linear.squares,
         smoothing,
