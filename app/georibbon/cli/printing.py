@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from georibbon.notices import Notice
+from georibbon.session.words import counted
 
 if TYPE_CHECKING:
     from georibbon.geometry.surface import Surface
@@ -16,11 +17,6 @@ def print_notices(notices: Iterable[Notice]) -> None:
     for notice in notices:
         about = ", ".join(filter(None, (notice.pass_name, notice.sensor)))
         print(f"notice: {notice.code}{f' ({about})' if about else ''}: {notice.message}")
-
-
-def counted(count: int, one: str, many: str | None = None) -> str:
-    """Such as "1 pose" or "16 poses"."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
 
 
 def print_reconstruction(result: "Reconstruction") -> None:

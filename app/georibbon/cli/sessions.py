@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
-from georibbon.cli.printing import counted
 from georibbon.export.files import require_ending
+from georibbon.session.words import counted
 
 if TYPE_CHECKING:
     from georibbon.recording import Recording

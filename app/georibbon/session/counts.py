@@ -12,7 +12,8 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
 from georibbon.ribbon import Readings
-from georibbon.session.fields import MAX_NUMBER, nearest, told
+from georibbon.session.fields import MAX_NUMBER
+from georibbon.session.words import nearest, told
 
 MAX_COUNT = 2**31 - 1
 _COUNT = re.compile(rb"[ \t]*[+-]?[0-9]{1,30}[ \t]*")

@@ -6,6 +6,7 @@ import numpy as np
 
 from georibbon.recording import Recording
 from georibbon.ribbon import Readings, Ribbon
+from georibbon.session.words import counted
 
 
 class FrameFacts(TypedDict):
@@ -115,19 +116,19 @@ def describe_text(facts: Facts) -> str:
     """The facts as lines for a person."""
     survey = facts["survey"]
     observations = (
-        _counted(survey["marks"], "mark"),
-        _counted(survey["distances"], "distance"),
-        _counted(survey["crossings"], "crossing"),
+        counted(survey["marks"], "mark"),
+        counted(survey["distances"], "distance"),
+        counted(survey["crossings"], "crossing"),
     )
     lines = [] if facts["title"] is None else [facts["title"]]
     lines.append(_ribbon_line(facts["ribbon"]))
     lines.append(f"survey: {', '.join(observations)}; {_placed(facts['workpiece'])}")
-    lines.append(_counted(len(facts["poses"]), "calibration pose"))
+    lines.append(counted(len(facts["poses"]), "calibration pose"))
     width = max((len(pose["name"]) for pose in facts["poses"]), default=0)
     lines += [f"  {pose['name']:<{width}}  {_frames_line(pose)}" for pose in facts["poses"]]
     ties = sum(run["kind"] == "tie" for run in facts["passes"])
-    passes = _counted(len(facts["passes"]) - ties, "pass", "passes")
-    lines.append(f"{passes}, {_counted(ties, 'tie')}")
+    passes = counted(len(facts["passes"]) - ties, "pass", "passes")
+    lines.append(f"{passes}, {counted(ties, 'tie')}")
     width = max(len(run["name"]) for run in facts["passes"])
     lines += [
         f"  {run['name']:<{width}}  {run['kind']:<4}  {_frames_line(run)}"
@@ -170,14 +171,14 @@ def _ribbon_line(ribbon: RibbonFacts) -> str:
     axes = " and ".join(map(str, ribbon["magnetometer_axes"]))
     return (
         f"ribbon {ribbon['id']}: {ribbon['length']:g} m, {ribbon['rate']:g} frames/s, "
-        f"{_counted(ribbon['accelerometers'], 'accelerometer')}, "
-        f"{_counted(ribbon['magnetometers'], 'magnetometer')} of {axes} axes"
+        f"{counted(ribbon['accelerometers'], 'accelerometer')}, "
+        f"{counted(ribbon['magnetometers'], 'magnetometer')} of {axes} axes"
     )
 
 
 def _frames_line(facts: FrameFacts) -> str:
-    lost = f", {_counted(facts['lost_values'], 'value')} lost" if facts["lost_values"] else ""
-    return f"{_counted(facts['frames'], 'frame')} in {facts['seconds']:.2f} s{lost}"
+    lost = f", {counted(facts['lost_values'], 'value')} lost" if facts["lost_values"] else ""
+    return f"{counted(facts['frames'], 'frame')} in {facts['seconds']:.2f} s{lost}"
 
 
 def _placed(workpiece: WorkpieceFacts | None) -> str:
@@ -186,7 +187,3 @@ def _placed(workpiece: WorkpieceFacts | None) -> str:
     heading = workpiece["heading"]
     known = "heading unknown" if heading is None else f"heading {heading:g} degrees"
     return f"workpiece level, {known}"
-
-
-def _counted(count: int, one: str, many: str | None = None) -> str:
-    return f"{count} {one if count == 1 else many or one + 's'}"

@@ -5,14 +5,14 @@ same checks; what is wrong is told with the source, the line where there is
 one, the table and the field.
 """
 
-import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
 from georibbon.errors import GeoribbonError
+from georibbon.session.words import nearest, told
 
 MAX_NAME = 200
 MAX_TEXT = 10_000
@@ -52,26 +52,6 @@ class Source:
             if lines[i].lstrip().startswith("["):
                 break
         return header + 1 if table else None
-
-
-def told(value: object) -> str:
-    """A value as a person wrote it, short."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, Mapping):
-        return "a table"
-    try:
-        text = f'"{value}"' if isinstance(value, str) else str(value)
-    except ValueError:  # Python writes out no integer of more than 4300 digits
-        return "a number of thousands of digits"
-    text = "".join(c if c.isprintable() else "?" for c in text[:80])
-    return text if len(text) < 60 else text[:57] + "..."
-
-
-def nearest(word: str, known: Iterable[str]) -> str:
-    """', did you mean "…"?' where a known word is near, else nothing."""
-    close = difflib.get_close_matches(word[:MAX_NAME], list(known), n=1, cutoff=0.6)
-    return f'; did you mean "{close[0]}"?' if close else ""
 
 
 class Table:

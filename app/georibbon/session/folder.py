@@ -14,9 +14,10 @@ from georibbon.errors import RecordingError
 from georibbon.recording import Recording
 from georibbon.ribbon import Readings
 from georibbon.session.counts import check_readings, format_csv, parse_csv
-from georibbon.session.fields import Source, Table, told
+from georibbon.session.fields import Source, Table
 from georibbon.session.files import built_folder, kind_of, read_bounded
 from georibbon.session.outline import Outline, read_outline, tables_of
+from georibbon.session.words import told
 
 FORMAT = "georibbon-recording"
 VERSION = 1

@@ -21,7 +21,8 @@ from georibbon.recording import (
     Workpiece,
 )
 from georibbon.ribbon import Readings, Ribbon, Sensor, SensorKind
-from georibbon.session.fields import Source, Table, nearest, told
+from georibbon.session.fields import Source, Table
+from georibbon.session.words import nearest, told
 
 MAX_FILES = 10_000
 MAX_SENSORS = 1_000
