@@ -26,8 +26,6 @@ from georibbon.fitting.grid import (
 )
 from georibbon.fitting.joint import (
     JointProblem,
-    Shared,
-    SharedSigmas,
     State,
     cost_of,
     descend,
@@ -38,6 +36,7 @@ from georibbon.fitting.joint import (
 )
 from georibbon.fitting.result import normal_sigma, of_adjustment, position_covariance
 from georibbon.fitting.sensing import Noise
+from georibbon.fitting.shared import Shared, SharedSigmas
 from georibbon.fitting.strip import ROBUST_LIMIT, field_direction
 from georibbon.fitting.survey import ChordSet, CrossingSet, DistanceSet, MarkSet
 from georibbon.rotations import about_z, exp

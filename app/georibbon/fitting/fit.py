@@ -19,8 +19,6 @@ from georibbon.fitting.grid import (
 )
 from georibbon.fitting.joint import (
     JointProblem,
-    Shared,
-    SharedSigmas,
     State,
     cost_of,
     descend,
@@ -34,6 +32,7 @@ from georibbon.fitting.planning import FIXED, FREE, Plan, make_plan
 from georibbon.fitting.result import PassesFit, of_adjustment
 from georibbon.fitting.screening import Screened
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe
+from georibbon.fitting.shared import Shared, SharedSigmas
 from georibbon.fitting.smoothing import best_contact, information_density, length_of_weight
 from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
@@ -293,7 +292,7 @@ def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placin
         sigmas=SharedSigmas(
             heading=plan.heading_sigma,
             dip=max(calibration.dip_sigma, LEAST_DIP_SIGMA),
-            mounting=calibration.mounting_sigma,
+            mounting=max(calibration.mounting_sigma, FIXED),
             gauge=max(calibration.gauge_sigma, LEAST_GAUGE_SIGMA),
             offset=OFFSET_SIGMA,
         ),

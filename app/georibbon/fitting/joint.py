@@ -25,6 +25,7 @@ from georibbon.fitting.grid import (
     integrate_positions,
 )
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
+from georibbon.fitting.shared import Layout, Shared, SharedSigmas
 from georibbon.fitting.strip import (
     field_direction,
     linear_cost,
@@ -36,36 +37,6 @@ from georibbon.fitting.strip import (
 )
 from georibbon.fitting.survey import Measurement, Observation, Placed, Rows
 from georibbon.rotations import skew
-
-
-@dataclass(frozen=True)
-class SharedSigmas:
-    """Standard deviations of what all passes share.
-
-    heading, dip: radians.  mounting: radians, each sensor's rotation against its
-    calibration.  gauge: radians, the rotation common to all.  offset: each
-    magnetometer axis's remaining error, in units of the field.
-    """
-
-    heading: float
-    dip: float
-    mounting: float
-    gauge: float
-    offset: float
-
-
-@dataclass(frozen=True, eq=False)
-class Shared:
-    """What all passes share: heading and dip of the field, radians; sensor errors.
-
-    tilt: (n, 3) radians, each sensor's small rotation in the ribbon's frame.
-    offset: (n, 3) units, zero but for the axes of magnetometers.
-    """
-
-    heading: float
-    dip: float
-    tilt: FloatArray
-    offset: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,43 +91,6 @@ class Adjustment:
     white: FloatArray
     rows: list[Rows]
     heading_sigma: float
-
-
-class _Layout:
-    """Where the shared unknowns sit: heading, dip, tilts of sensors, offsets of magnetometers."""
-
-    def __init__(self, array: SensorArray) -> None:
-        n = len(array.field)
-        magnetometers = np.flatnonzero(array.field)
-        self.tilts = slice(2, 2 + 3 * n)
-        self.size = 2 + 3 * n + 3 * len(magnetometers)
-        self.offsets = slice(2 + 3 * n, self.size)
-        self.magnetometers = magnetometers
-        self.n = n
-
-    def step(self, shared: Shared, x: FloatArray) -> Shared:
-        """The shared unknowns after a step."""
-        offset = shared.offset.copy()
-        offset[self.magnetometers] += x[self.offsets].reshape(-1, 3)
-        tilt = shared.tilt + x[self.tilts].reshape(-1, 3)
-        return Shared(shared.heading + float(x[0]), shared.dip + float(x[1]), tilt, offset)
-
-    def vector(self, shared: Shared) -> FloatArray:
-        """The shared unknowns as one vector (size,)."""
-        own = [shared.heading, shared.dip]
-        return np.concatenate([own, shared.tilt.ravel(), shared.offset[self.magnetometers].ravel()])
-
-    def precision(self, sigmas: SharedSigmas) -> FloatArray:
-        """(size, size) the inverse of the prior covariance; tilts share the gauge's rotation."""
-        out = np.zeros((self.size, self.size))
-        out[0, 0], out[1, 1] = sigmas.heading**-2, sigmas.dip**-2
-        within = sigmas.mounting**-2 * np.eye(self.n)
-        # (a I + g 1 1^T)^-1 for each axis (Sherman and Morrison).
-        ratio = sigmas.gauge**2 / sigmas.mounting**2
-        within -= sigmas.mounting**-2 * ratio / (1 + self.n * ratio)
-        out[self.tilts, self.tilts] = np.kron(within, np.eye(3))
-        out[self.offsets, self.offsets] = sigmas.offset**-2 * np.eye(self.size - self.offsets.start)
-        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +172,7 @@ def _sensor_rows(
     return residuals, rows, shared
 
 
-def _linearise(problem: JointProblem, state: State, white: FloatArray, layout: _Layout) -> _Linear:
+def _linearise(problem: JointProblem, state: State, white: FloatArray, layout: Layout) -> _Linear:
     turns = differentiate_frames(problem.grid, state.shape)
     residuals, rows, shared = _sensor_rows(problem, state, turns, white)
     squares = np.sum(residuals**2, axis=-1)
@@ -264,7 +198,7 @@ def _add_sensors(
     rows: FloatArray,
     shared: FloatArray,
     weights: FloatArray,
-    layout: _Layout,
+    layout: Layout,
 ) -> None:
     """Adds the readings' normal equations; each sensor touches only its own shared columns."""
     p, n, _, m = rows.shape
@@ -286,28 +220,7 @@ def _add_sensors(
         side[layout.tilts, :m] = np.swapaxes(cross[k, :, :, 2:5], 1, 2).reshape(-1, m)
         side[layout.offsets, :m] = np.swapaxes(cross[k, magnetic, :, 5:], 1, 2).reshape(-1, m)
         matrix.add(p, k, side)
-    _spread_common(last, gradient[p], common, common_gradient, layout)
-
-
-def _spread_common(
-    block: FloatArray,
-    gradient: FloatArray,
-    common: FloatArray,
-    common_gradient: FloatArray,
-    layout: _Layout,
-) -> None:
-    """Puts each sensor's (8, 8) shared equations into their places in the shared block."""
-    columns = np.zeros((layout.n, 8), dtype=np.int64)
-    columns[:, 1] = 1
-    columns[:, 2:5] = 2 + np.arange(3 * layout.n).reshape(-1, 3)
-    columns[:, 5:] = -1
-    offsets = layout.offsets.start + np.arange(3 * len(layout.magnetometers)).reshape(-1, 3)
-    columns[layout.magnetometers, 5:] = offsets
-    for i in range(layout.n):
-        keep = columns[i] >= 0
-        place = columns[i][keep]
-        block[np.ix_(place, place)] += common[i][np.ix_(keep, keep)]
-        gradient[place] += common_gradient[i][keep]
+    layout.spread(last, gradient[p], common, common_gradient)
 
 
 def _add_priors(
@@ -315,7 +228,7 @@ def _add_priors(
     gradient: list[FloatArray],
     problem: JointProblem,
     state: State,
-    layout: _Layout,
+    layout: Layout,
 ) -> None:
     p = len(state.origin)
     penalty = prior(problem.grid, problem.smoothing)
@@ -332,11 +245,11 @@ def _add_priors(
     gradient[p] += precision @ _shared_departure(problem, state, layout)
 
 
-def _shared_departure(problem: JointProblem, state: State, layout: _Layout) -> FloatArray:
+def _shared_departure(problem: JointProblem, state: State, layout: Layout) -> FloatArray:
     return layout.vector(state.shared) - layout.vector(problem.expected)
 
 
-def _prior_cost(problem: JointProblem, state: State, layout: _Layout) -> float:
+def _prior_cost(problem: JointProblem, state: State, layout: Layout) -> float:
     rates = state.shape.rates
     rough = np.einsum("bck,kl,bcl->b", rates, problem.grid.roughness, rates)
     away = np.sum((state.origin - problem.anchors) ** 2, axis=1) / problem.anchor_sigma**2
@@ -383,7 +296,7 @@ def _add_rows(
             gradient[j] += b.T @ r
 
 
-def _moved(state: State, step: list[FloatArray], layout: _Layout) -> State:
+def _moved(state: State, step: list[FloatArray], layout: Layout) -> State:
     passes = np.array(step[:-1])
     return State(
         state.shape.moved(passes[:, :-3]),
@@ -392,7 +305,7 @@ def _moved(state: State, step: list[FloatArray], layout: _Layout) -> State:
     )
 
 
-def _cost(problem: JointProblem, state: State, white: FloatArray, layout: _Layout) -> float:
+def _cost(problem: JointProblem, state: State, white: FloatArray, layout: Layout) -> float:
     """The cost alone, without derivatives by the unknowns."""
     frames = integrate_frames(problem.grid, state.shape)
     points = integrate_positions(problem.grid, state.shape, frames) + state.origin[:, None]
@@ -408,7 +321,7 @@ def descend(
     problem: JointProblem, state: State, iterations: int = 25, tolerance: float = 1e-2
 ) -> State:
     """Levenberg-damped Gauss-Newton on everything at once, with the noise as at the start."""
-    layout = _Layout(problem.array)
+    layout = Layout(problem.array)
     white = whiten_all(problem, state)
     damping = 1e-6
     for _ in range(iterations):
@@ -436,7 +349,7 @@ def cost_of(problem: JointProblem, state: State) -> float:
     sought it must lose its pull, but the minimum that misses it is the less likely.
     """
     white = whiten_all(problem, state)
-    cost = _cost(replace(problem, firm=True), state, white, _Layout(problem.array))
+    cost = _cost(replace(problem, firm=True), state, white, Layout(problem.array))
     return cost + _log_determinant(white)
 
 
@@ -447,7 +360,7 @@ def _log_determinant(white: FloatArray) -> float:
 
 def evaluate(problem: JointProblem, state: State) -> Adjustment:
     """The adjustment at its minimum, with the covariance of every pass."""
-    layout = _Layout(problem.array)
+    layout = Layout(problem.array)
     white = whiten_all(problem, state)
     linear = _linearise(problem, state, white, layout)
     covariance = factorise(linear.matrix).covariance()
