@@ -37,8 +37,17 @@ def lay_passes(
 def _middles(
     surface: ReferenceSurface, kind: SurfaceKind, layout: LayoutSettings
 ) -> tuple[FloatArray, FloatArray]:
-    """(n, 2) parameters of the passes' middles and (n, 3) the passes' directions there."""
+    """(n, 2) parameters of the passes' middles and (n, 3) the passes' directions there.
+
+    Raises `SettingsError` for a start off the surface.
+    """
     start = np.array([kind.start if layout.start is None else layout.start])
+    if not _within(surface, start):
+        (u0, v0), (u1, v1) = surface.lower, surface.upper
+        raise SettingsError(
+            f"the start {start[0, 0]:g},{start[0, 1]:g} is off the surface; give u from {u0:g} to "
+            f"{u1:g} and v from {v0:g} to {v1:g}"
+        )
     heading = kind.heading if layout.heading is None else layout.heading
     across = directions_at(surface, start, np.radians([heading + 90.0]))
     offsets = np.asarray(_steps(layout) * _spacing(kind, layout), dtype=np.float64)

@@ -110,6 +110,8 @@ class LayoutSettings:
         """Refuse values that mean nothing, with a `SettingsError`."""
         _within("the number of passes", self.passes, 2, 1000)
         _within("the number of ties", self.ties, 0, 100)
+        for value in self.start or ():
+            _within("a coordinate of the start", value, -1000.0, 1000.0)
         if self.spacing is not None:
             _within("spacing (m)", self.spacing, 0.001, 2.0)
         _within("heading (degrees)", self.heading or 0.0, -360.0, 360.0)
