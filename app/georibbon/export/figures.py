@@ -105,11 +105,11 @@ def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> No
         sigma = position_sigma(fitted) * 1e3
         lines.set_array(0.5 * (sigma[:-1] + sigma[1:]))
         plan.add_collection(lines)
-    if len(passes) <= _MOST_NAMED:
-        _name_starts(plan, passes)
     plan.set_aspect("equal", adjustable="datalim")
     plan.autoscale_view()
     plan.margins(0.08)
+    if len(passes) <= _MOST_NAMED:
+        _name_starts(plan, passes)
     plan.set(xlabel="x, mm", ylabel="y, mm")
     plan.set_title("Plan: passes seen from above", loc="left", fontweight="bold")
     bar = figure.colorbar(plan.collections[0], ax=plan, aspect=25, pad=0.01)
@@ -117,6 +117,8 @@ def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> No
 
 
 def _name_starts(plan: Axes, passes: tuple[FittedPass, ...]) -> None:
+    """The passes' names before their starts, with room for the longest beside the axis."""
+    plan.margins(x=0.06 + 0.017 * max(len(name_label(fitted.name)) for fitted in passes))
     for fitted in passes:
         away = -fitted.strip.tangents[0][:2]
         plan.annotate(
