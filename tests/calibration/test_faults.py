@@ -224,3 +224,18 @@ def test_lost_values_of_single_frames_do_no_harm():
     poses[2] = replace(poses[2], readings=replace(poses[2].readings, counts=counts))
     found = sound(bar, poses=poses)
     assert found.notices == ()
+
+
+@pytest.mark.parametrize("frames", [slice(7, 8), slice(0, 10)])
+def test_values_at_the_end_of_the_range_do_no_harm_and_are_told(frames):
+    bar = Bar(seed=14)
+    poses = bar.poses(TWENTY)
+    assert len(poses[0].readings.t) > 3 * 10
+    for k, pose in enumerate(poses):
+        counts = pose.readings.counts.copy()
+        counts[frames, 4:] = -32768.0
+        poses[k] = replace(pose, readings=replace(pose.readings, counts=counts))
+    found = sound(bar, poses=poses)
+    assert codes(found) == {"values-saturated"}
+    lost = 20 * (frames.stop - frames.start) * (counts.shape[1] - 4)
+    assert f"{lost} values" in found.notices[0].message

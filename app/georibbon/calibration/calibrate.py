@@ -41,7 +41,7 @@ from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
 from georibbon.ribbon import Readings, Ribbon
-from georibbon.stillness import MOST_RAILED, still_means, without_railed
+from georibbon.stillness import still_means, without_railed
 
 Hemisphere = Literal["north", "south"]
 # Gains are looked at, before any fit, against "up" known to some hundredths of g.
@@ -132,18 +132,18 @@ def _lost_notice(pose: Pose) -> Notice:
 
 
 def _without_spikes(poses: Sequence[Pose]) -> tuple[list[Readings], list[Notice]]:
-    """The poses' readings without single values at the end of the range; saturated axes are kept.
+    """The poses' readings without values at the end of the range; saturated axes are kept.
 
-    What is saturated for good is judged, and named, by the sensor.
+    An axis with more of them than `RAIL_SHARE` is judged, and named, by the sensor.
     """
     out, lost = [], 0
     for pose in poses:
         readings, railed = without_railed(pose.readings)
-        few = railed & (railed.mean(axis=0) <= MOST_RAILED)
+        few = railed & (railed.mean(axis=0) <= suspects.RAIL_SHARE)
         lost += int(few.sum())
         out.append(Readings(readings.t, np.where(few, np.nan, pose.readings.counts)))
     message = (
-        f"{lost} single value{'' if lost == 1 else 's'} at the end of the sensors' range in the "
+        f"{lost} value{'' if lost == 1 else 's'} at the end of the sensors' range in the "
         "poses are left out; if this comes back, look at the ribbon's connection"
     )
     return out, [Notice("values-saturated", message)] if lost else []
