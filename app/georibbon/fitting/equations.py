@@ -5,11 +5,13 @@ hold passes to each other; distances hold them loosely, so that a weak
 assumption settles what they leave open.  A pass that nothing holds is refused.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import FitError
 from georibbon.fitting.placing import Link
 from georibbon.fitting.survey import (
@@ -21,7 +23,7 @@ from georibbon.fitting.survey import (
     Observation,
 )
 from georibbon.notices import Notice
-from georibbon.recording import Recording
+from georibbon.recording import Crossing, Distance, Recording
 
 # Points between which a distance was measured lie across from each other, to this along the
 # passes, and to this square to the surface.  Neighbours tell a slide of a pass along itself to a
@@ -176,25 +178,21 @@ def observations(survey: Survey) -> list[Observation]:
             )
         )
     if recording.distances:
-        out.append(
-            DistanceSet(
-                np.array([number[one.passes[0]] for one in recording.distances]),
-                np.array([number[one.passes[1]] for one in recording.distances]),
-                np.array([one.at for one in recording.distances]),
-                np.array([one.distance for one in recording.distances]),
-                np.array([one.sigma for one in recording.distances]),
-            )
-        )
+        i, j, at, sigma = _places(number, recording.distances)
+        measured = np.array([one.distance for one in recording.distances])
+        out.append(DistanceSet(i, j, at, measured, sigma))
     if recording.crossings:
-        out.append(
-            CrossingSet(
-                np.array([number[one.passes[0]] for one in recording.crossings]),
-                np.array([number[one.passes[1]] for one in recording.crossings]),
-                np.array([one.at for one in recording.crossings]),
-                np.array([one.sigma for one in recording.crossings]),
-            )
-        )
+        out.append(CrossingSet(*_places(number, recording.crossings)))
     return out
+
+
+def _places(
+    number: dict[str, int], observed: Sequence[Distance | Crossing]
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """The passes i and j (k,), the places along either (k, 2) and the sigmas (k,)."""
+    passes = np.array([[number[name] for name in one.passes] for one in observed])
+    at = np.array([one.at for one in observed])
+    return passes[:, 0], passes[:, 1], at, np.array([one.sigma for one in observed])
 
 
 def loose_assumptions(pairs: tuple[Pair, ...]) -> list[Observation]:
