@@ -46,11 +46,13 @@ def run(arguments: argparse.Namespace) -> None:
     from georibbon.calibration import calibrate
     from georibbon.session.calibration_file import write_calibration
     from georibbon.session.source import load_source
+    from georibbon.threads import one_thread
 
     require_ending(arguments.output, (".json",), "a calibration")
     with Outputs([arguments.output], inputs=[arguments.recording]) as outputs:
         recording = load_source(arguments.recording)
-        calibration = calibrate(recording.ribbon, recording.poses)
+        with one_thread():
+            calibration = calibrate(recording.ribbon, recording.poses)
         write_calibration(calibration, outputs.place(arguments.output))
     _print(calibration)
     print(f"written: {arguments.output}")
