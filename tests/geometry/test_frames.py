@@ -8,6 +8,7 @@ from georibbon.geometry.frames import (
     Strip,
     arc_angles,
     frames_from,
+    interpolated,
     minimising_frame,
     rotations_between,
     unit,
@@ -96,3 +97,9 @@ def test_the_minimising_frame_is_of_fourth_order() -> None:
         exact = np.cos(angle) * principal + np.sin(angle) * np.cross(tangents[-1], principal)
         errors.append(np.linalg.norm(frame[-1] - exact))
     assert errors[0] / errors[1] > 12.0
+
+
+def test_between_two_places_the_columns_run_straight() -> None:
+    s, values = np.array([0.0, 2.0, 3.0]), np.array([[0.0, 1.0], [4.0, -1.0], [5.0, 5.0]])
+    found = interpolated(np.array([-1.0, 0.5, 2.0, 9.0]), s, values)
+    assert np.array_equal(found, [[0.0, 1.0], [1.0, 0.5], [4.0, -1.0], [5.0, 5.0]])

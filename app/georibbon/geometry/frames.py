@@ -63,6 +63,11 @@ def frames_from(tangents: FloatArray, normals: FloatArray) -> FloatArray:
     return np.stack([tangents, np.cross(squared, tangents), squared], axis=-1)
 
 
+def interpolated(at: FloatArray, s: FloatArray, values: FloatArray) -> FloatArray:
+    """(k, c) the columns of values (n, c), given at s (n,) ascending, linearly at `at` (k,)."""
+    return np.stack([np.interp(at, s, column) for column in values.T], axis=1)
+
+
 def arc_angles(first: FloatArray, second: FloatArray) -> FloatArray:
     """(...) radians between vectors (..., 3): atan2(|a x b|, a.b), exact near zero too."""
     cross = np.cross(first, second)

@@ -5,6 +5,7 @@ from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingCore import vtkLightKit, vtkProp, vtkRenderer, vtkRenderWindow
 
 from georibbon.arrays import FloatArray
+from georibbon.geometry.frames import interpolated
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
 from georibbon.scene import actors, overlays
 from georibbon.scene.camera import Region, fit_view, view_direction
@@ -193,12 +194,12 @@ def _uncertainty(result: Reconstruction) -> FloatArray | None:
 
 def _observed(seen: SurveyResidual, places: dict[str, FittedPass]) -> FloatArray:
     """(passes, 3) fitted points that an observation of the survey speaks of."""
-    return np.array(
-        [
-            [np.interp(at, places[name].strip.s, column) for column in places[name].strip.points.T]
-            for name, at in zip(seen.passes, seen.at, strict=True)
-        ]
-    )
+    strips = [places[name].strip for name in seen.passes]
+    found = [
+        interpolated(np.array([at]), strip.s, strip.points)
+        for strip, at in zip(strips, seen.at, strict=True)
+    ]
+    return np.concatenate(found)
 
 
 def _grid(low: FloatArray, high: FloatArray, step: float, level: float) -> list[FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.errors import RecordingError
 from georibbon.geometry.closest import closest_point
-from georibbon.geometry.frames import Strip, arc_angles, unit
+from georibbon.geometry.frames import Strip, arc_angles, interpolated, unit
 from georibbon.geometry.mesh import Mesh, facets
 from georibbon.geometry.reference import ReferenceSurface
 from georibbon.simulation.truth import Truth
@@ -103,7 +103,7 @@ def _matched(found: Strip, true: Strip) -> tuple[FloatArray, FloatArray]:
     """(n, 6) points and normals of both curves at the truth's distances that both cover."""
     keep = (true.s >= found.s[0] - 1e-9) & (true.s <= found.s[-1] + 1e-9)
     columns = np.concatenate([found.points, found.normals], axis=1)
-    at = np.stack([np.interp(true.s[keep], found.s, column) for column in columns.T], axis=1)
+    at = interpolated(true.s[keep], found.s, columns)
     at[:, 3:] = unit(at[:, 3:])
     return at, np.concatenate([true.points, true.normals], axis=1)[keep]
 
