@@ -174,6 +174,8 @@ def reconstruction(with_surface=True):
         of,
         "ribbon",
         calibration(of),
+        np.radians(25.0),
+        np.radians(0.2),
         laid,
         survey(laid),
         surface() if with_surface else None,

@@ -423,3 +423,15 @@ def test_stages_know_equal_values_and_the_same_objects():
     assert stages.has("stage", (other, 1))
     assert not stages.has("stage", (other, 2))
     assert not stages.has("another", (other, 1))
+
+
+def test_the_workpieces_heading_is_found_by_marks_and_taken_without():
+    settings = SimulationSettings(surface="dome", seed=4, yaw=37.0)
+    marked = reconstruct(simulate(settings).recording)
+    away = marked.heading - np.radians(37.0)
+    assert marked.heading_sigma is not None
+    assert abs(away) < 4 * marked.heading_sigma < np.radians(2.0)
+    tied = replace(settings, layout=LayoutSettings(ties=2), survey=SurveySettings(kinds=()))
+    free = reconstruct(simulate(tied).recording)
+    assert free.heading == pytest.approx(0.0, abs=1e-9)
+    assert free.heading_sigma is None

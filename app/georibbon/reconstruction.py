@@ -106,6 +106,11 @@ class FittedPass:
     sensors_ignored: tuple[str, ...]
     quality: Quality
 
+    @property
+    def position_sigma(self) -> FloatArray:
+        """(n,) metres: the square root of the trace of each point's covariance."""
+        return np.asarray(np.sqrt(np.trace(self.covariance, axis1=1, axis2=2)))
+
 
 @dataclass(frozen=True)
 class SurveyResidual:
@@ -127,13 +132,17 @@ class SurveyResidual:
 class Reconstruction:
     """The result: calibrated, placed, checked passes and their surface.
 
-    All in the workpiece frame, metres.  `surface` is None where it was not
-    asked for.
+    All in the workpiece frame, metres.  heading: radians, the workpiece's
+    rotation from magnetic axes, counter-clockwise seen from above;
+    heading_sigma: its standard deviation, None where the heading was not found
+    but taken.  `surface` is None where it was not asked for.
     """
 
     ribbon: Ribbon
     method: Method
     calibration: Calibration
+    heading: float
+    heading_sigma: float | None
     passes: tuple[FittedPass, ...]
     survey: tuple[SurveyResidual, ...]
     surface: Surface | None
@@ -226,6 +235,8 @@ def _reconstruct(
         ribbon=recording.ribbon,
         method=settings.method,
         calibration=calibration,
+        heading=fit.heading,
+        heading_sigma=fit.heading_sigma,
         passes=passes,
         survey=survey,
         surface=surface,
@@ -329,7 +340,7 @@ def _surface(passes: tuple[FittedPass, ...], settings: SurfaceSettings) -> Surfa
         [one.strip for one in curves],
         [one.name for one in curves],
         settings,
-        [np.sqrt(np.trace(one.covariance, axis1=1, axis2=2)) for one in curves],
+        [one.position_sigma for one in curves],
         [one.normal_sigma for one in curves],
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from georibbon.arrays import FloatArray
 
 SensorKind = Literal["accelerometer", "magnetometer"]
+KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
 AXIS_LETTERS = "xyz"
 
 

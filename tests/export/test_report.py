@@ -117,6 +117,7 @@ def test_numbers_are_in_the_units_that_their_names_say():
     assert data["survey"][0]["residual_mm"] == pytest.approx(
         1e3 * RESULT.survey[0].residual, rel=1e-5
     )
+    assert data["heading"] == {"deg": pytest.approx(25.0), "sigma_deg": pytest.approx(0.2)}
     assert data["calibration"]["dip_deg"] == pytest.approx(np.degrees(1.152), rel=1e-5)
     assert data["calibration"]["sensors_ignored"] == [
         {"sensor": "M04", "reason": "it never changed in 16 poses"}

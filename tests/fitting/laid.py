@@ -15,13 +15,14 @@ from georibbon.fitting.grid import (
     make_grid,
 )
 from georibbon.fitting.sensing import Noise, SensorArray, observe
-from georibbon.fitting.strip import StripProblem, field_direction, sensed_vectors
+from georibbon.fitting.strip import StripProblem, sensed_vectors
 from georibbon.fitting.survey import Placed
 from georibbon.recording import Mark, Pass, Recording
 from georibbon.ribbon import Readings, Ribbon
 from georibbon.rotations import exp
 from georibbon.simulation.settings import RibbonSettings
 from georibbon.simulation.virtual import true_models, virtual_ribbon
+from georibbon.world import field_direction
 
 DIP = np.radians(62.0)
 FLAT = np.eye(3)

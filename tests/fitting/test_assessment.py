@@ -53,6 +53,8 @@ def fit(residuals=None, count=4, **fields):
         present=np.ones((count, len(NAMES)), dtype=bool),
         lengths=np.full(count, 0.1),
         ambiguous=(False,) * count,
+        heading=0.0,
+        heading_sigma=None,
         notices=(),
     )
     return replace(plain, **fields)

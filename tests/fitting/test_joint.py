@@ -37,9 +37,10 @@ from georibbon.fitting.joint import (
 from georibbon.fitting.result import normal_sigma, of_adjustment, position_covariance
 from georibbon.fitting.sensing import Noise
 from georibbon.fitting.shared import Shared, SharedSigmas
-from georibbon.fitting.strip import ROBUST_LIMIT, field_direction
+from georibbon.fitting.strip import ROBUST_LIMIT
 from georibbon.fitting.survey import ChordSet, CrossingSet, DistanceSet, MarkSet
 from georibbon.rotations import about_z, exp
+from georibbon.world import field_direction
 
 RIBBON = ribbon(10)
 GRID = make_grid(RIBBON)
@@ -524,7 +525,10 @@ def test_the_result_carries_the_adjustment_over():
     of = many(2, seed=3)
     found = evaluate(of.problem, of.truth)
     present = of.problem.observations.present
-    fit = of_adjustment(found, present, np.array([0.1, 0.2]), (True, False), ())
+    fit = of_adjustment(found, present, np.array([0.1, 0.2]), (True, False), True, ())
+    assert (fit.heading, fit.heading_sigma) == (of.truth.shared.heading, found.heading_sigma)
+    taken = of_adjustment(found, present, np.array([0.1, 0.2]), (True, False), False, ())
+    assert taken.heading_sigma is None
     np.testing.assert_array_equal(fit.points, found.placed.points)
     np.testing.assert_array_equal(fit.s, GRID.nodes)
     np.testing.assert_array_equal(

@@ -11,8 +11,8 @@ from laid import FLAT, calibration, counts, lay, ribbon, wavy
 from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.fitting.grid import make_grid
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe, whitening
-from georibbon.fitting.strip import field_direction
 from georibbon.rotations import exp
+from georibbon.world import field_direction
 
 RIBBON = ribbon(4)
 

@@ -31,7 +31,6 @@ from georibbon.fitting.smoothing import information_density, weight_of_length
 from georibbon.fitting.strip import (
     ROBUST_LIMIT,
     evaluate,
-    field_direction,
     fit_strips,
     linear_cost,
     linear_weights,
@@ -47,6 +46,7 @@ from georibbon.fitting.strip import (
     whitened_residuals,
 )
 from georibbon.rotations import about_z, exp, log
+from georibbon.world import field_direction
 
 RIBBON = ribbon(16)
 GRID = make_grid(RIBBON)

@@ -19,10 +19,11 @@ from georibbon.simulation import (
     simulate,
 )
 from georibbon.simulation.capture import frames_at
-from georibbon.simulation.forward import UP, expected_counts, field_direction
+from georibbon.simulation.forward import expected_counts
 from georibbon.simulation.layout import crossing, lay_passes
 from georibbon.simulation.poses import PLANS
 from georibbon.simulation.surfaces import make_surface, surface_kind
+from georibbon.world import UP, field_direction
 
 PERFECT = RibbonSettings(
     sensors=16,

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from georibbon.calibration.model import SensorModel
 from georibbon.ribbon import Ribbon, Sensor
-from georibbon.simulation.forward import CLIP, UP, expected_counts, field_direction, sample_counts
+from georibbon.simulation.forward import CLIP, expected_counts, sample_counts
+from georibbon.world import UP, field_direction
 
 RIBBON = Ribbon(
     "GR-0001",

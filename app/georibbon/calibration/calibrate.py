@@ -28,7 +28,6 @@ from georibbon.calibration.model import (
     SensorModel,
 )
 from georibbon.calibration.poses import (
-    KINDS,
     Attitudes,
     Block,
     attitudes,
@@ -40,7 +39,7 @@ from georibbon.calibration.separable import Tie
 from georibbon.calibration.suspects import LeftOut
 from georibbon.notices import Notice
 from georibbon.recording import Pose
-from georibbon.ribbon import Readings, Ribbon
+from georibbon.ribbon import KINDS, Readings, Ribbon
 from georibbon.stillness import still_means, without_railed
 
 Hemisphere = Literal["north", "south"]

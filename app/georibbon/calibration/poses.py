@@ -8,14 +8,13 @@ import numpy as np
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import CalibrationError
 from georibbon.recording import Pose
-from georibbon.ribbon import Ribbon, SensorKind
+from georibbon.ribbon import KINDS, Ribbon, SensorKind
 from georibbon.rotations import about_x, about_y
 from georibbon.stillness import StillMeans
+from georibbon.world import UP
 
 # A pose in which fewer axes of a kind gave values is left out.
 LEAST_SHARE = 0.5
-KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
-UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,11 +21,10 @@ def print_notices(notices: Iterable[Notice]) -> None:
 
 def print_reconstruction(result: "Reconstruction") -> None:
     """The result in a few lines: each pass, the survey, the surface, the notices."""
-    from georibbon.export.curves import position_sigma
     from georibbon.export.summary import all_notices
 
     for fitted in result.passes:
-        sigma = position_sigma(fitted)
+        sigma = fitted.position_sigma
         rms = math.hypot(*sigma) / math.sqrt(len(sigma))
         length = fitted.strip.s[-1] - fitted.strip.s[0]
         print(

@@ -4,17 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from georibbon.arrays import FloatArray
 from georibbon.export.files import CURVES_ENDINGS, require_ending, write_whole
 from georibbon.reconstruction import FittedPass, Reconstruction
 
 COLUMNS = ("pass", "s", "x", "y", "z", "nx", "ny", "nz", "sigma", "kind", "tx", "ty", "tz")
-
-
-def position_sigma(fitted: FittedPass) -> FloatArray:
-    """(n,) metres: the square root of the trace of each point's covariance."""
-    sigma: FloatArray = np.sqrt(np.trace(fitted.covariance, axis1=1, axis2=2))
-    return sigma
 
 
 def write_curves(reconstruction: Reconstruction, path: Path) -> None:
@@ -33,7 +26,7 @@ def write_curves(reconstruction: Reconstruction, path: Path) -> None:
 
 
 def _rows(fitted: FittedPass) -> str:
-    strip, sigma = fitted.strip, position_sigma(fitted)
+    strip, sigma = fitted.strip, fitted.position_sigma
     numbers = np.column_stack((strip.s, strip.points, strip.normals, sigma, strip.tangents))
     # A percent sign in a name must not be taken for a place to put a number.
     name = _quoted(fitted.name).replace("%", "%%")

@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from georibbon.export.curves import position_sigma
 from georibbon.reconstruction import FittedPass, Reconstruction
 from georibbon.ribbon import SensorKind
 from georibbon.scene.colours import quantity_table, round_range
@@ -88,7 +87,7 @@ def name_label(name: str) -> str:
 
 
 def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> None:
-    values = np.concatenate([position_sigma(fitted) for fitted in passes]) * 1e3
+    values = np.concatenate([fitted.position_sigma for fitted in passes]) * 1e3
     low, high, _ = round_range(float(values.min()), float(values.max()))
     shades = colors.ListedColormap(quantity_table() / 255.0)
     for fitted in passes:
@@ -102,7 +101,7 @@ def _draw_plan(figure: Figure, plan: Axes, passes: tuple[FittedPass, ...]) -> No
             capstyle="round",
             rasterized=len(passes) > _MOST_NAMED,
         )
-        sigma = position_sigma(fitted) * 1e3
+        sigma = fitted.position_sigma * 1e3
         lines.set_array(0.5 * (sigma[:-1] + sigma[1:]))
         plan.add_collection(lines)
     plan.set_aspect("equal", adjustable="datalim")
@@ -142,7 +141,7 @@ def _draw_profiles(profile: Axes, uncertainty: Axes, passes: tuple[FittedPass, .
         band: dict[str, Any] = {"color": look["color"], "rasterized": len(passes) > _MOST_NAMED}
         profile.fill_between(s, z - up, z + up, alpha=0.25, linewidth=0, **band)
         profile.plot(s, z, **look)
-        uncertainty.plot(s, position_sigma(fitted) * 1e3, **look)
+        uncertainty.plot(s, fitted.position_sigma * 1e3, **look)
     if len(passes) <= _MOST_NAMED:
         profile.legend(
             profile.lines,

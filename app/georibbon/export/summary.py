@@ -8,7 +8,6 @@ import numpy as np
 
 from georibbon import __version__
 from georibbon.calibration.model import Calibration
-from georibbon.export.curves import position_sigma
 from georibbon.fitting.assessment import Verdict
 from georibbon.notices import Notice
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
@@ -40,6 +39,7 @@ def report_data(
         "quality_reasons": reasons,
         "ribbon": _ribbon(reconstruction.ribbon),
         "calibration": _calibration(reconstruction.calibration),
+        "heading": _heading(reconstruction),
         "passes": [_pass(fitted) for fitted in reconstruction.passes],
         "survey": [_observation(seen) for seen in reconstruction.survey],
         "surface": _surface(reconstruction),
@@ -89,6 +89,15 @@ def _ribbon(ribbon: Ribbon) -> dict[str, Any]:
     }
 
 
+def _heading(reconstruction: Reconstruction) -> dict[str, Any]:
+    """The workpiece's heading against magnetic axes; sigma null where it was taken, not found."""
+    sigma = reconstruction.heading_sigma
+    return {
+        "deg": np.degrees(reconstruction.heading),
+        "sigma_deg": None if sigma is None else np.degrees(sigma),
+    }
+
+
 def _calibration(calibration: Calibration) -> dict[str, Any]:
     quality = calibration.quality
     return {
@@ -115,7 +124,7 @@ def _calibration(calibration: Calibration) -> dict[str, Any]:
 
 
 def _pass(fitted: FittedPass) -> dict[str, Any]:
-    sigma = position_sigma(fitted)
+    sigma = fitted.position_sigma
     return {
         "name": fitted.name,
         "kind": fitted.kind,

@@ -38,7 +38,6 @@ from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
     StripProblem,
     Strips,
-    field_direction,
     sensed_vectors,
     whitened_residuals,
 )
@@ -51,6 +50,7 @@ from georibbon.fitting.tangents import (
 from georibbon.notices import Notice
 from georibbon.recording import Recording
 from georibbon.rotations import about_z
+from georibbon.world import field_direction
 
 LEAST_ACCELEROMETERS = 3
 LEAST_MAGNETOMETERS = 3
@@ -169,6 +169,7 @@ def fit_together(
         capture.observations.present,
         length_of_weight(best.problem.smoothing, information_density(capture.problem)),
         ambiguous,
+        plan.heading_sigma > FIXED,
         (*noted, *plan.notices, *_ambiguity_notices(capture.recording, ambiguous)),
     )
 
@@ -232,6 +233,8 @@ def fit_paper(capture: Capture) -> PassesFit:
         present=capture.observations.present,
         lengths=np.zeros(len(points)),
         ambiguous=(False,) * len(points),
+        heading=placing.heading,
+        heading_sigma=placing.heading_sigma if plan.heading is None else None,
         notices=plan.notices,
     )
 

@@ -27,16 +27,18 @@ from georibbon.fitting.grid import (
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
 from georibbon.fitting.shared import Layout, Shared, SharedSigmas
 from georibbon.fitting.strip import (
-    field_direction,
     linear_cost,
     linear_weights,
+    log_determinants,
     prior,
     robust_cost,
     robust_weights,
+    roughness_cost,
     sensed_vectors,
 )
 from georibbon.fitting.survey import Measurement, Observation, Placed, Rows
 from georibbon.rotations import skew
+from georibbon.world import field_direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,12 +252,11 @@ def _shared_departure(problem: JointProblem, state: State, layout: Layout) -> Fl
 
 
 def _prior_cost(problem: JointProblem, state: State, layout: Layout) -> float:
-    rates = state.shape.rates
-    rough = np.einsum("bck,kl,bcl->b", rates, problem.grid.roughness, rates)
+    rough = roughness_cost(problem.grid, state.shape, problem.smoothing)
     away = np.sum((state.origin - problem.anchors) ** 2, axis=1) / problem.anchor_sigma**2
     departure = _shared_departure(problem, state, layout)
     shared = departure @ layout.precision(problem.sigmas) @ departure
-    return float(problem.smoothing @ rough + away.sum() + shared)
+    return float(rough.sum() + away.sum() + shared)
 
 
 def _survey_cost(problem: JointProblem, rows: list[Rows]) -> float:
@@ -350,12 +351,7 @@ def cost_of(problem: JointProblem, state: State) -> float:
     """
     white = whiten_all(problem, state)
     cost = _cost(replace(problem, firm=True), state, white, Layout(problem.array))
-    return cost + _log_determinant(white)
-
-
-def _log_determinant(white: FloatArray) -> float:
-    diagonal = np.abs(np.diagonal(white, axis1=-2, axis2=-1))
-    return float(-2.0 * np.log(np.where(diagonal > 0, diagonal, 1.0)).sum())
+    return cost + float(log_determinants(white).sum())
 
 
 def evaluate(problem: JointProblem, state: State) -> Adjustment:
@@ -368,7 +364,7 @@ def evaluate(problem: JointProblem, state: State) -> Adjustment:
     return Adjustment(
         state=state,
         placed=linear.placed,
-        cost=linear.cost + _log_determinant(white),
+        cost=linear.cost + float(log_determinants(white).sum()),
         covariance=[covariance[k, k] for k in range(p)],
         residuals=linear.residuals,
         squares=linear.squares,

@@ -18,7 +18,7 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.fitting.survey import ChordSet, Placed
 from georibbon.geometry.correspondence import arrange, feet
-from georibbon.geometry.frames import Strip
+from georibbon.geometry.frames import Strip, interpolated
 
 SPACING = 0.06  # m between the matched points: the passes' own errors hardly change over less
 LEAST_SIGMA = 0.3e-3  # m: contact, and what the next order leaves on gentle surfaces
@@ -73,14 +73,11 @@ def _match(a: Strip, b: Strip) -> _Gap:
     at = (np.arange(count) + 0.5) * a.s[-1] / count
     t, valid = feet(a, b, at)
     s, t = at[valid], t[valid]
-    chord = _at(b, t, b.points) - _at(a, s, a.points)
+    chord = interpolated(t, b.s, b.points) - interpolated(s, a.s, a.points)
     square = np.maximum(np.sum(chord**2, axis=1), 1e-12)
-    bend = -np.sum((_at(b, t, b.normals) - _at(a, s, a.normals)) * chord, axis=1) / square
+    turn = interpolated(t, b.s, b.normals) - interpolated(s, a.s, a.normals)
+    bend = -np.sum(turn * chord, axis=1) / square
     return _Gap(s, t, np.sqrt(square), bend)
-
-
-def _at(strip: Strip, s: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(s, strip.s, values[:, k]) for k in range(3)], axis=1)
 
 
 def _offset(gaps: list[_Gap], g: int) -> FloatArray:

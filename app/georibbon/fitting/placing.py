@@ -13,6 +13,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.strip import linear_cost
+from georibbon.geometry.frames import interpolated
 from georibbon.rotations import about_z
 
 # Beside the observation's own sigma: how far a single pass's curve drifts (about 4 mm in 1 m).
@@ -48,7 +49,7 @@ class Curves:
         return np.asarray(np.copysign(1.0, along) * v / np.linalg.norm(v))
 
     def _interpolate(self, values: FloatArray, s: float) -> FloatArray:
-        return np.array([np.interp(s, self.nodes, values[:, k]) for k in range(3)])
+        return np.asarray(interpolated(np.array([s]), self.nodes, values)[0])
 
 
 @dataclass(frozen=True)

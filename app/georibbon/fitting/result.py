@@ -18,7 +18,9 @@ class PassesFit:
     3).  covariance: (p, n + 1, 3, 3) m².  normal_sigma: (p, n + 1) radians.
     residuals: (p, sensors, 3) normalised.  present: (p, sensors) whether the
     sensor was used in the pass.  lengths: (p,) smoothing, metres, 0 for none.
-    ambiguous: (p,) passes of which another shape fits as well.
+    ambiguous: (p,) passes of which another shape fits as well.  heading:
+    radians, of the workpiece against magnetic axes; heading_sigma: None where
+    it is taken, not found.
     """
 
     s: FloatArray
@@ -30,6 +32,8 @@ class PassesFit:
     present: BoolArray
     lengths: FloatArray
     ambiguous: tuple[bool, ...]
+    heading: float
+    heading_sigma: float | None
     notices: tuple[Notice, ...]
 
 
@@ -61,9 +65,10 @@ def of_adjustment(
     present: BoolArray,
     lengths: FloatArray,
     ambiguous: tuple[bool, ...],
+    found: bool,
     notices: tuple[Notice, ...],
 ) -> PassesFit:
-    """The result of the joint adjustment."""
+    """The result of the joint adjustment; `found`: whether the heading is, or was taken."""
     placed = adjustment.placed
     return PassesFit(
         s=placed.grid.nodes,
@@ -75,5 +80,7 @@ def of_adjustment(
         present=present,
         lengths=lengths,
         ambiguous=ambiguous,
+        heading=adjustment.state.shared.heading,
+        heading_sigma=adjustment.heading_sigma if found else None,
         notices=notices,
     )

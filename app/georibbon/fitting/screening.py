@@ -12,12 +12,11 @@ from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.model import Calibration
 from georibbon.notices import Notice
 from georibbon.recording import Pass
-from georibbon.ribbon import Ribbon, SensorKind
+from georibbon.ribbon import KINDS, Ribbon
 from georibbon.stillness import MOST_RAILED, still_means, without_railed
 
 # Frames alike to the last count that prove a sensor dead where the others' noise moves them.
 ALIKE_FRAMES = 10
-KINDS: tuple[SensorKind, ...] = ("accelerometer", "magnetometer")
 MOST_QUIET = 0.5  # share of the sensors of a kind that may say the same in every frame
 STILL_FRAMES = 10  # fewer show neither spread nor drift
 LEAST_SPREAD = 1e-6  # g

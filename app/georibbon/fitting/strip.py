@@ -17,17 +17,11 @@ from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid, Shape, Turns, differentiate_frames, integrate_frames
 from georibbon.fitting.sensing import Noise, Observations, SensorArray, whitening
 from georibbon.rotations import skew
+from georibbon.world import UP
 
-UP = np.array([0.0, 0.0, 1.0])
 # A sensor counts fully up to this many standard deviations (3 % of good three-axis sensors exceed
 # it); beyond, its weight falls with the square, so that its pull falls too.
 ROBUST_LIMIT = 3.0
-
-
-def field_direction(dip: float, heading: float = 0.0) -> FloatArray:
-    """The unit field in a frame turned by `heading` (radians) from magnetic axes, z up."""
-    level = np.cos(dip)
-    return np.array([level * np.sin(heading), level * np.cos(heading), -np.sin(dip)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +136,8 @@ def squared_residuals(problem: StripProblem, frames: FloatArray, white: FloatArr
     return np.asarray(np.sum((white @ residuals[..., None])[..., 0] ** 2, axis=-1))
 
 
-def _roughness_cost(grid: Grid, shape: Shape, smoothing: FloatArray) -> FloatArray:
+def roughness_cost(grid: Grid, shape: Shape, smoothing: FloatArray) -> FloatArray:
+    """(b,) the smoothing's share of the cost."""
     rough = np.einsum("bck,kl,bcl->b", shape.rates, grid.roughness, shape.rates)
     return np.asarray(smoothing * rough)
 
@@ -210,7 +205,7 @@ def evaluate(
     """The strips at given shapes: costs, normal matrices, residuals."""
     linear = linearise(problem, shape, white)
     normal, _ = normal_equations(linear, robust_weights(linear.squares))
-    cost = robust_cost(linear.squares).sum(axis=1) + _roughness_cost(problem.grid, shape, smoothing)
+    cost = robust_cost(linear.squares).sum(axis=1) + roughness_cost(problem.grid, shape, smoothing)
     return Strips(
         shape,
         cost + log_determinants(white),
@@ -244,11 +239,11 @@ def _descend(
         step, gain = _damped_step(normal, gradient, damping[active])
         there = here.moved(step)
         frames = integrate_frames(problem.grid, there)
-        before = robust_cost(linear.squares).sum(axis=1) + _roughness_cost(
+        before = robust_cost(linear.squares).sum(axis=1) + roughness_cost(
             problem.grid, here, smoothing[active]
         )
         squares = squared_residuals(part, frames, white[active])
-        after = robust_cost(squares).sum(axis=1) + _roughness_cost(
+        after = robust_cost(squares).sum(axis=1) + roughness_cost(
             problem.grid, there, smoothing[active]
         )
         better = after <= before + 1e-9

@@ -11,6 +11,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.fitting.grid import Grid
+from georibbon.geometry.frames import frames_from, unit
 from georibbon.rotations import skew
 
 # Where two passes cross, both lie on one surface: there the curves meet to what contact leaves
@@ -77,11 +78,7 @@ def _frames_between(
 ) -> FloatArray:
     """Frames between nodes: the tangent and normal blended, made orthonormal again."""
     blended = _blend(1 - u, placed.frames[left], u, placed.frames[right])
-    tau = blended[:, :, 0] / np.linalg.norm(blended[:, :, 0], axis=1, keepdims=True)
-    normal = blended[:, :, 2]
-    normal = normal - np.sum(normal * tau, axis=1, keepdims=True) * tau
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.stack([tau, np.cross(normal, tau), normal], axis=2)
+    return frames_from(unit(blended[:, :, 0]), blended[:, :, 2])
 
 
 @dataclass(frozen=True, eq=False)

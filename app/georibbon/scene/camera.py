@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import FloatArray
+from georibbon.world import UP
 
 # From where a person would look first, best first; the last four look from underneath.
 _DIRECTIONS = np.array(
     [[x, y, z] for z in (0.95, -0.95) for x, y in ((-0.7, -1), (0.7, -1), (-0.7, 1), (0.7, 1))]
 )
-_UP = np.array([0.0, 0.0, 1.0])
 _ANGLE = np.radians(24.0)  # the full vertical one: a moderate telephoto, with little distortion
 
 
@@ -61,7 +61,7 @@ def fit_view(
     tangent of that edge; so for each pair of opposite edges max(r + a w) - c <= a D
     and max(-r + b w) + c <= b D, whose sum gives the smallest D.
     """
-    right = np.cross(_UP, direction)
+    right = np.cross(UP, direction)
     right /= np.linalg.norm(right)
     up = np.cross(direction, right)
     origin = points.mean(axis=0)

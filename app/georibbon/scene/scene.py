@@ -121,7 +121,7 @@ class Scene:
             some = [fitted for fitted in self._result.passes if fitted.kind == kind]
             if some:
                 curves = [fitted.strip.points for fitted in some]
-                sigma = [_sigma(fitted) for fitted in some]
+                sigma = [fitted.position_sigma for fitted in some]
                 self._add(actors.tube_actor(curves, self._thickness * _TUBE, colour, sigma, bare))
                 if bare is None:
                     self._key.append((f"━ {kind}", colour))
@@ -178,16 +178,10 @@ def _extent(result: Reconstruction) -> FloatArray:
     return np.concatenate(points)
 
 
-def _sigma(fitted: FittedPass) -> FloatArray:
-    """(n,) metres: root of the trace of each point's covariance."""
-    sigma: FloatArray = np.sqrt(np.trace(fitted.covariance, axis1=1, axis2=2))
-    return sigma
-
-
 def _uncertainty(result: Reconstruction) -> FloatArray | None:
     """(n,) millimetres: what the colours stand for, or None where nothing is known."""
     if result.surface is None:
-        return np.concatenate([_sigma(fitted) for fitted in result.passes]) * 1e3
+        return np.concatenate([fitted.position_sigma for fitted in result.passes]) * 1e3
     sigma = result.surface.mesh.sigma
     return None if sigma is None else sigma * 1e3
 

@@ -13,7 +13,7 @@ from georibbon.geometry.frames import Strip
 from georibbon.recording import Pass, PassKind, Pose, Recording, Workpiece
 from georibbon.ribbon import Readings, Ribbon
 from georibbon.rotations import about_z
-from georibbon.simulation.forward import expected_counts, field_direction, sample_counts
+from georibbon.simulation.forward import expected_counts, sample_counts
 from georibbon.simulation.layout import lay_passes
 from georibbon.simulation.poses import PLANS, attitudes
 from georibbon.simulation.settings import FaultSettings, SimulationSettings
@@ -21,6 +21,7 @@ from georibbon.simulation.surfaces import make_surface, surface_kind
 from georibbon.simulation.survey import measure_crossings, measure_distances, measure_marks
 from georibbon.simulation.truth import Truth
 from georibbon.simulation.virtual import noise_counts, small_rotations, true_models, virtual_ribbon
+from georibbon.world import field_direction
 
 TRUTH_STEP = 0.01
 

@@ -12,14 +12,9 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import SensorModel
 from georibbon.ribbon import Ribbon
+from georibbon.world import UP
 
 CLIP = 32767.0
-UP = np.array([0.0, 0.0, 1.0])
-
-
-def field_direction(dip: float) -> FloatArray:
-    """(3,) the unit field in the world (x magnetic east, y magnetic north); dip in radians."""
-    return np.array([0.0, np.cos(dip), -np.sin(dip)])
 
 
 def expected_counts(
