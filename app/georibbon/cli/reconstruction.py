@@ -97,7 +97,7 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
     group.add_argument(
         "--tolerance", metavar="MM", type=millimetres,
-        help="how far the triangles may be from the surface, in mm",
+        help="how far the triangles may be from the surface, in mm (default 0.05)",
     )  # fmt: skip
     group.add_argument(
         "--thickness", metavar="MM", type=millimetres,
