@@ -106,7 +106,8 @@ def reconstructions(folder: Path) -> dict[str, Seconds]:
 def refit(folder: Path) -> dict[str, Seconds]:
     """Seconds in which one pass follows its readings, from the minimum of a moment before."""
     from georibbon.calibration import calibrate
-    from georibbon.fitting.fit import Capture, FitSettings, fit_alone, prepare
+    from georibbon.fitting.capture import Capture, prepare
+    from georibbon.fitting.fit import FitSettings, fit_alone
     from georibbon.fitting.screening import screen
     from georibbon.fitting.strip import fit_strips
     from georibbon.ribbon import Readings

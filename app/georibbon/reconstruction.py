@@ -12,15 +12,10 @@ from georibbon.calibration import calibrate, check_fits
 from georibbon.calibration.model import Calibration
 from georibbon.errors import CalibrationError, FitError, SettingsError
 from georibbon.fitting.assessment import Assessment, Verdict, assess
+from georibbon.fitting.capture import Capture, prepare
 from georibbon.fitting.equations import observations, read_survey, without_loose_ties
-from georibbon.fitting.fit import (
-    Capture,
-    FitSettings,
-    fit_alone,
-    fit_paper,
-    fit_together,
-    prepare,
-)
+from georibbon.fitting.fit import FitSettings, fit_alone, fit_together
+from georibbon.fitting.paper import fit_paper
 from georibbon.fitting.placing import DRIFT_SIGMA
 from georibbon.fitting.result import PassesFit
 from georibbon.fitting.screening import Screened, screen

@@ -15,7 +15,7 @@ from georibbon.fitting.assessment import (
     REDO_SIGMA,
     assess,
 )
-from georibbon.fitting.fit import prepare
+from georibbon.fitting.capture import prepare
 from georibbon.fitting.grid import make_grid
 from georibbon.fitting.result import PassesFit
 from georibbon.fitting.screening import screen

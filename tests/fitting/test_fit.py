@@ -22,17 +22,11 @@ from laid import (
 from georibbon.calibration.model import Calibration
 from georibbon.errors import FitError
 from georibbon.fitting.assessment import assess
-from georibbon.fitting.fit import (
-    AMBIGUOUS_WITHIN,
-    LEAST_ACCELEROMETERS,
-    LEAST_MAGNETOMETERS,
-    FitSettings,
-    fit_alone,
-    fit_paper,
-    fit_together,
-    prepare,
-)
+from georibbon.fitting.capture import LEAST_ACCELEROMETERS, LEAST_MAGNETOMETERS, prepare
+from georibbon.fitting.fit import FitSettings, fit_alone, fit_together
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
+from georibbon.fitting.paper import fit_paper
+from georibbon.fitting.placing import AMBIGUOUS_WITHIN
 from georibbon.fitting.screening import screen
 from georibbon.recording import Crossing, Distance, Mark, Workpiece
 from georibbon.ribbon import Ribbon, Sensor

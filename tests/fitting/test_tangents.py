@@ -21,8 +21,9 @@ from laid import (
     without,
 )
 
-from georibbon.fitting.fit import fit_paper, prepare
+from georibbon.fitting.capture import prepare
 from georibbon.fitting.grid import Shape, integrate_frames, make_grid
+from georibbon.fitting.paper import fit_paper
 from georibbon.fitting.placing import Link, place_rigidly
 from georibbon.fitting.screening import screen
 from georibbon.fitting.start import Starts, find_starts

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray
-from georibbon.fitting.fit import Capture
+from georibbon.fitting.capture import Capture
 from georibbon.fitting.result import PassesFit
 from georibbon.fitting.strip import ROBUST_LIMIT
 from georibbon.notices import Notice

@@ -6,16 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
-from georibbon.calibration.model import Calibration
-from georibbon.errors import FitError
 from georibbon.fitting.candidates import find_candidates, refitted, stack, with_borrowed
+from georibbon.fitting.capture import Capture
 from georibbon.fitting.equations import loose_assumptions, observations
 from georibbon.fitting.grid import (
     Grid,
     Shape,
     integrate_frames,
     integrate_positions,
-    make_grid,
 )
 from georibbon.fitting.joint import (
     JointProblem,
@@ -27,35 +25,18 @@ from georibbon.fitting.joint import (
     with_survey,
 )
 from georibbon.fitting.neighbours import relate
-from georibbon.fitting.placing import Curves, Placing
+from georibbon.fitting.placing import AMBIGUOUS_WITHIN, Curves, Placing
 from georibbon.fitting.planning import FIXED, FREE, Plan, make_plan
 from georibbon.fitting.result import PassesFit, of_adjustment
-from georibbon.fitting.screening import Screened
-from georibbon.fitting.sensing import Noise, Observations, SensorArray, observe
 from georibbon.fitting.shared import Shared, SharedSigmas
 from georibbon.fitting.smoothing import best_contact, information_density, length_of_weight
-from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
-    StripProblem,
     Strips,
-    sensed_vectors,
-    whitened_residuals,
-)
-from georibbon.fitting.tangents import (
-    curves_of,
-    orientation_sigma,
-    position_variances,
-    site_orientations,
 )
 from georibbon.notices import Notice
 from georibbon.recording import Recording
 from georibbon.rotations import about_z
-from georibbon.world import field_direction
 
-LEAST_ACCELEROMETERS = 3
-LEAST_MAGNETOMETERS = 3
-# Shapes whose costs differ by less than this are not told apart (twice the log of about 150).
-AMBIGUOUS_WITHIN = 10.0
 NEIGHBOUR_ROUNDS = 2
 USUAL_FACTOR = 1.2  # a contact's noise up to this much greater is usual
 # What the calibration leaves at each magnetometer beside its rotation, of the local field.
@@ -74,60 +55,6 @@ class FitSettings:
 
     neighbours: bool = True
     smoothing: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Capture:
-    """What the fit works on: a recording's passes in units, on the ribbon's grid.
-
-    candidates are fitted to `problem`, whose noise counts what all passes
-    share as if it were each pass's own.
-    """
-
-    recording: Recording
-    calibration: Calibration
-    grid: Grid
-    array: SensorArray
-    observations: Observations
-    problem: StripProblem
-    moved: tuple[bool, ...]
-
-    @property
-    def noise(self) -> Noise:
-        """The noise of each pass's own, without the mounting that all passes share."""
-        whole, shared = self.problem.noise.contact, self.calibration.mounting_sigma
-        return replace(self.problem.noise, contact=float(np.sqrt(whole**2 - shared**2)))
-
-
-def prepare(recording: Recording, calibration: Calibration, screened: Screened) -> Capture:
-    """The recording's readings as the fit needs them.
-
-    Raises `FitError` where a pass has too few sensors that say something.
-    """
-    ribbon = recording.ribbon
-    array = SensorArray.of(ribbon, calibration)
-    observed = observe(ribbon, array, screened.mean, screened.sigma)
-    _require_sensors(recording, array, observed)
-    grid = make_grid(ribbon)
-    noise = Noise()
-    alone = replace(noise, contact=float(np.hypot(noise.contact, calibration.mounting_sigma)))
-    vectors = sensed_vectors(array, field_direction(calibration.dip))
-    problem = StripProblem(grid, array, observed, vectors, alone)
-    return Capture(recording, calibration, grid, array, observed, problem, screened.moved)
-
-
-def _require_sensors(recording: Recording, array: SensorArray, observed: Observations) -> None:
-    for one, present in zip(recording.passes, observed.present, strict=True):
-        for kind, mask, least in (
-            ("accelerometers", ~array.field, LEAST_ACCELEROMETERS),
-            ("magnetometers", array.field, LEAST_MAGNETOMETERS),
-        ):
-            count = int(np.count_nonzero(present & mask))
-            if count < least:
-                raise FitError(
-                    f"pass {one.name}: {count} {kind} say something, at least {least} are needed; "
-                    "check the ribbon and repeat the pass"
-                )
 
 
 def fit_alone(capture: Capture, passes: Sequence[int], settings: FitSettings) -> list[Strips]:
@@ -198,44 +125,6 @@ def _noise_notice(usual: float, found: float) -> Notice:
         f"the sensors scatter by {np.degrees(found):.2f} degrees about smooth curves where "
         f"{np.degrees(usual):.2f} is usual; the standard deviations count it: see that the ribbon "
         "lies flat, and look at the calibration",
-    )
-
-
-def fit_paper(capture: Capture) -> PassesFit:
-    """All passes the source paper's way: from tangents, placed rigidly by the survey.
-
-    Raises `FitError` where the survey does not hold the passes together.
-    """
-    starts = find_starts(capture.problem)
-    sites = site_orientations(capture.problem, starts)
-    curves = curves_of(capture.grid, sites, starts.owner)
-    plan = make_plan(capture.recording, curves)
-    placings = [(plan.placings(curves, side)[0], side) for side in plan.sides]
-    placing, side = placings[0]
-    for other, its_side in placings[1:]:
-        if other.cost < placing.cost - AMBIGUOUS_WITHIN:
-            placing, side = other, its_side
-    sigma = orientation_sigma(capture.problem)
-    variances = position_variances(curves, sites, plan.links(side), placing, sigma)
-    back = about_z(-placing.heading)
-    points = curves.points[placing.choice] @ back.T + placing.origins[:, None]
-    frames = back @ curves.frames[placing.choice]
-    return PassesFit(
-        s=capture.grid.nodes,
-        points=points,
-        frames=frames,
-        covariance=variances[..., None, None] * np.eye(3),
-        normal_sigma=np.full(points.shape[:2], sigma),
-        residuals=whitened_residuals(
-            replace(capture.problem, noise=replace(capture.problem.noise, contact=sigma)),
-            curves.frames[placing.choice],
-        ),
-        present=capture.observations.present,
-        lengths=np.zeros(len(points)),
-        ambiguous=(False,) * len(points),
-        heading=placing.heading,
-        heading_sigma=placing.heading_sigma if plan.heading is None else None,
-        notices=plan.notices,
     )
 
 

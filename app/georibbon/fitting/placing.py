@@ -19,6 +19,8 @@ from georibbon.rotations import about_z
 # Beside the observation's own sigma: how far a single pass's curve drifts (about 4 mm in 1 m).
 DRIFT_SIGMA = 0.005
 MOST_COMBINATIONS = 256
+# Shapes whose costs differ by less than this are not told apart (twice the log of about 150).
+AMBIGUOUS_WITHIN = 10.0
 _ROUNDS = 4
 _LINK_LIMIT = 3.0
 _RIDGE = 1e-2  # 1/m²: it settles only what nothing else does
