@@ -9,11 +9,13 @@ from georibbon.calibration.model import (
 )
 from georibbon.calibration.serial import check_fits, from_dict, to_dict
 from georibbon.calibration.single import AccelerometerModel, fit_accelerometer
+from georibbon.errors import CalibrationError
 
 __all__ = [
     "MOUNTING_SIGMA",
     "AccelerometerModel",
     "Calibration",
+    "CalibrationError",
     "CalibrationQuality",
     "Hemisphere",
     "SensorModel",
