@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration.labels import name_of
 from georibbon.calibration.poses import Attitudes, Block
 from georibbon.calibration.separable import Adjusted, cell_residuals, median_of, robust_scale
@@ -88,7 +88,7 @@ def _sensor_notice(name: str, cells: FloatArray, block: Block, words: Wording) -
 
 
 def _cells_notice(
-    block: Block, cells: FloatArray, out: FloatArray, pose: str, words: Wording
+    block: Block, cells: FloatArray, out: BoolArray, pose: str, words: Wording
 ) -> Notice:
     names = [block.names[n] for n in np.flatnonzero(out)]
     worst = float(np.nanmax(np.where(out, cells, np.nan))) * words.factor
