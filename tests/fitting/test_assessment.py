@@ -231,3 +231,18 @@ def test_a_steep_pass_of_a_two_axis_ribbon_is_told():
 def test_a_three_axis_ribbon_may_lie_on_walls():
     three = capture(of=ribbon(16, 3))
     assert assess(three, fit(frames=on_wall(0.7)), {})[1] == ()
+
+
+def test_where_sensors_disagree_everywhere_the_calibration_is_named_and_no_sensor():
+    many = {(p, name): 9.0 for p in range(4) for name in NAMES[p::5]}
+    passes, notices = outcome(many)
+    assert [one.code for one in notices] == ["calibration-doubtful"]
+    assert {one.verdict for one in passes} <= {"acceptable", "redo"}
+
+
+def test_a_reason_lists_some_names_and_counts_the_rest():
+    present = np.ones((4, 16), dtype=bool)
+    present[0, :11] = False
+    reason = outcome({}, present=present)[0][0].reason
+    assert "11 of 16 sensors left out" in reason
+    assert reason.endswith("and 3 more)")

@@ -25,6 +25,8 @@ REDO_RESIDUAL = 2.5
 ACCEPTABLE_IGNORED = 0.0  # shares of a pass's sensors
 REDO_IGNORED = 0.25
 REDO_ASTRAY = 0.1
+MOST_LISTED = 8  # names in one reason; the result holds them all
+MOST_ASTRAY = 0.12  # share of all sensors of all passes: beyond it no sensor is to blame
 ACCEPTABLE_SIGMA = 0.003  # m, the mean standard deviation of a pass's position
 REDO_SIGMA = 0.010
 STEEP_NORMAL = 0.2  # the normal's vertical part: less than 12 degrees from a vertical wall
@@ -51,8 +53,11 @@ def assess(
     ribbon = capture.recording.ribbon
     size = np.where(fit.present, np.linalg.norm(fit.residuals, axis=2), 0.0)
     sigma = np.sqrt(np.trace(fit.covariance, axis1=2, axis2=3)).mean(axis=1)
-    often = _often(size)
-    notices = [*_often_notices(ribbon, often)]
+    astray = float((size > NAMED)[fit.present].mean())
+    often = _often(size) if astray <= MOST_ASTRAY else np.ones(size.shape[1], dtype=bool)
+    notices = (
+        _often_notices(ribbon, often) if astray <= MOST_ASTRAY else [_calibration_notice(astray)]
+    )
     passes = []
     for p, one in enumerate(capture.recording.passes):
         notices += _pass_notices(ribbon, one.name, size[p], often)
@@ -61,6 +66,15 @@ def assess(
             _assess_pass(capture, fit, p, size[p], float(sigma[p]), missed.get(one.name, 0))
         )
     return tuple(passes), tuple(notices)
+
+
+def _calibration_notice(astray: float) -> Notice:
+    return Notice(
+        "calibration-doubtful",
+        f"{100 * astray:.0f} % of the sensors, over all passes, agree with no curve: the "
+        "calibration does not fit these readings; it is of another ribbon, or the ribbon has "
+        "changed: calibrate again",
+    )
 
 
 def _often(size: FloatArray) -> BoolArray:
@@ -146,7 +160,7 @@ def _assess_pass(
         (
             share > ACCEPTABLE_IGNORED,
             share > REDO_IGNORED,
-            f"{len(ignored)} of {len(sensors)} sensors left out ({', '.join(ignored)})",
+            f"{len(ignored)} of {len(sensors)} sensors left out ({_listed(ignored)})",
         ),
         (
             astray.mean() > REDO_ASTRAY,
@@ -168,6 +182,11 @@ def _assess_pass(
     ]
     verdict, reason = _worst(findings)
     return Assessment(rms, ignored, verdict, reason)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + more
 
 
 def _worst(findings: Sequence[tuple[bool, bool, str]]) -> tuple[Verdict, str]:
