@@ -435,3 +435,30 @@ def test_the_workpieces_heading_is_found_by_marks_and_taken_without():
     free = reconstruct(simulate(tied).recording)
     assert free.heading == pytest.approx(0.0, abs=1e-9)
     assert free.heading_sigma is None
+
+
+def staggered(ties):
+    """One mark on each pass, at another place on each; ties that cross them all, or none."""
+    capture = simulate(
+        SimulationSettings(
+            surface="dome",
+            seed=5,
+            layout=LayoutSettings(passes=3, ties=ties),
+            survey=SurveySettings(kinds=("starts", "ends")),
+        )
+    )
+    ends = {one.pass_name: one for one in capture.recording.marks if one.at > 0}
+    starts = {one.pass_name: one for one in capture.recording.marks if one.at == 0}
+    marks = (starts["P1"], ends["P2"], starts["P3"])
+    return replace(capture.recording, marks=marks)
+
+
+def test_one_mark_a_pass_at_differing_places_tells_no_heading_and_is_refused():
+    with pytest.raises(FitError, match="mark a second point of one pass"):
+        reconstruct(staggered(ties=0))
+
+
+def test_where_ties_hold_the_passes_a_heading_is_told_by_staggered_marks():
+    found = reconstruct(staggered(ties=2))
+    assert found.heading_sigma is not None
+    assert all(one.ratio < 4 for one in found.survey if one.kind == "mark")

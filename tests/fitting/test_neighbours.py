@@ -5,8 +5,8 @@ import pytest
 from laid import placed, plane, ribbon, sphere
 
 from georibbon.fitting.grid import Shape, make_grid
-from georibbon.fitting.neighbours import DOUBT, LEAST_SIGMA, SPACING, relate
-from georibbon.fitting.survey import Placed
+from georibbon.fitting.neighbours import DOUBT, LEAST_SIGMA, REACH, SPACING, relate
+from georibbon.fitting.survey import Placed, sample
 from georibbon.reconstruction import ReconstructionSettings, reconstruct
 from georibbon.rotations import exp
 from georibbon.simulation import (
@@ -65,7 +65,7 @@ def test_on_a_sphere_it_is_exact(radius):
     relation = relate(here, [0, 1, 2, 3, 4])
     np.testing.assert_allclose(misses(here, relation), 0.0, atol=3e-6)
     np.testing.assert_allclose(relation.offset, 0.0, atol=3e-6)
-    np.testing.assert_allclose(relation.sigma, LEAST_SIGMA, rtol=1e-3)
+    np.testing.assert_allclose(relation.sigma, least_sigma(chords(here, relation)), rtol=1e-3)
 
 
 @pytest.mark.parametrize("radius", [0.3, -0.3, 2.0])
@@ -128,9 +128,28 @@ def test_the_offset_has_the_sign_of_the_change_of_curvature(sign):
     np.testing.assert_allclose(relation.offset[inner], expected, rtol=0.1)
     # At the rims the curvature is taken to change as it does further in.
     np.testing.assert_allclose(relation.offset[~inner], expected, rtol=0.35)
-    np.testing.assert_allclose(
-        relation.sigma, np.hypot(LEAST_SIGMA, DOUBT * relation.offset), rtol=1e-12
+    least = least_sigma(chords(here, relation))
+    np.testing.assert_allclose(relation.sigma, np.hypot(least, DOUBT * relation.offset), rtol=1e-9)
+
+
+def chords(here, relation):
+    """Metres between the related points."""
+    one = sample(here, relation.i, relation.at[:, 0]).points
+    return np.linalg.norm(sample(here, relation.j, relation.at[:, 1]).points - one, axis=1)
+
+
+def least_sigma(chord):
+    """Contact, and a next order that grows with the cube of the chord."""
+    return LEAST_SIGMA * np.hypot(1.0, (chord / REACH) ** 3)
+
+
+def test_far_passes_hardly_know_each_other():
+    near, far = (
+        relate(over(lambda y: 0.0 * y, lambda y: 0.0 * y, gap * np.arange(3)), [0, 1, 2])
+        for gap in (0.1, 0.6)
     )
+    assert near.sigma.max() < 1.1 * LEAST_SIGMA
+    assert far.sigma.min() > 50 * LEAST_SIGMA
 
 
 def test_uneven_gaps_are_counted_as_they_are():

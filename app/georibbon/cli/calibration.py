@@ -25,7 +25,7 @@ the rotation that all sensors share."""
 
 EPILOG = """\
 examples:
-  georibbon calibrate bench-day -o ribbon-7.json
+  georibbon calibrate part-30 -o ribbon-7.json
   georibbon reconstruct part-31 --calibration ribbon-7.json --surface part-31.stl"""
 
 

@@ -85,6 +85,16 @@ def read_survey(recording: Recording) -> Survey:
     return survey
 
 
+def holds_itself(survey: Survey) -> bool:
+    """Whether crossings and distances alone hold all passes to each other, without the marks."""
+    held = _Groups(len(survey.number))
+    pairs = [one.passes for one in survey.recording.crossings]
+    pairs += [one.passes for one in survey.recording.distances]
+    for one, other in pairs:
+        held.join(survey.number[one], survey.number[other])
+    return len({held.find(k) for k in range(len(survey.number))}) == 1
+
+
 def _require_possible(recording: Recording) -> None:
     """No two points of a ribbon are farther apart than it is long between them."""
     length = recording.ribbon.length

@@ -23,6 +23,8 @@ from georibbon.geometry.frames import Strip, interpolated
 SPACING = 0.06  # m between the matched points: the passes' own errors hardly change over less
 LEAST_SIGMA = 0.3e-3  # m: contact, and what the next order leaves on gentle surfaces
 DOUBT = 0.5  # the share of the correction that may be wrong
+# m: the chord at which the next order is as doubtful as contact; it grows with the chord's cube.
+REACH = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ def relate(placed: Placed, passes: list[int]) -> ChordSet | None:
     arrangement = arrange(strips)
     ordered = arrangement.strips
     gaps = [_match(a, b) for a, b in itertools.pairwise(ordered)]
-    i, j, at, offset = [], [], [], []
+    i, j, at, offset, chords = [], [], [], [], []
     for g, gap in enumerate(gaps):
         one, other = arrangement.order[g], arrangement.order[g + 1]
         if arrangement.flipped[g] != arrangement.flipped[g + 1]:
@@ -60,10 +62,12 @@ def relate(placed: Placed, passes: list[int]) -> ChordSet | None:
         t = nodes[-1] - gap.t if arrangement.turned[g + 1] else gap.t
         at.append(np.stack([s, t], axis=1))
         offset.append(facing * _offset(gaps, g))
+        chords.append(gap.chord)
     if sum(len(part) for part in offset) == 0:
         return None
     expected = np.concatenate(offset)
-    sigma = np.hypot(LEAST_SIGMA, DOUBT * expected)
+    chord = np.concatenate(chords)
+    sigma = np.hypot(LEAST_SIGMA * np.hypot(1.0, (chord / REACH) ** 3), DOUBT * expected)
     return ChordSet(np.concatenate(i), np.concatenate(j), np.concatenate(at), expected, sigma)
 
 

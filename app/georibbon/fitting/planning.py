@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from georibbon.errors import FitError
 from georibbon.fitting import equations
 from georibbon.fitting.equations import Pair, Survey
 from georibbon.fitting.placing import Curves, Link, Placing, best_placings
@@ -61,6 +62,7 @@ def make_plan(recording: Recording, curves: Curves) -> Plan:
             assumed = equations.square_pairs(survey)
             notices.append(_heading_notice(bool(assumed)))
             if not assumed:
+                _require_no_heading(survey)
                 heading, sigma = 0.0, FIXED
         elif heading is not None and _disagree(heading, told):
             notices.append(_disagreement_notice(heading, told.heading))
@@ -69,6 +71,16 @@ def make_plan(recording: Recording, curves: Curves) -> Plan:
         notices.append(_across_notice(recording, survey.loose))
     sides = (1.0, -1.0) if survey.loose or assumed else (1.0,)
     return Plan(survey, heading, sigma, assumed, sides, tuple(notices))
+
+
+def _require_no_heading(survey: Survey) -> None:
+    """Where marks alone hold the passes, an unknown heading would tear them apart."""
+    if not equations.holds_itself(survey):
+        raise FitError(
+            "the marks do not tell the workpiece's heading: they touch each pass at one place "
+            "only, and neighbouring passes at different ones; mark a second point of one pass, or "
+            "give the heading under [workpiece]"
+        )
 
 
 def _disagree(heading: float, told: Placing) -> bool:
