@@ -1,0 +1,1 @@
+"""A capture, without a window: calibration and passes as state machines over live readings."""
