@@ -37,3 +37,11 @@ class ExportError(GeoribbonError):
 
 class SettingsError(GeoribbonError):
     """A setting has a value that means nothing."""
+
+
+class DeviceError(GeoribbonError):
+    """A port, or what answers there, is not as a ribbon should be."""
+
+
+class StorageError(SessionError):
+    """A session cannot be written where it is; what it should hold is kept in memory."""
