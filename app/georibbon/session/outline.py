@@ -5,7 +5,7 @@ from the rows of a session file, and refuses everything that cannot be meant.
 `tables_of` is its inverse.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import cast
@@ -30,6 +30,8 @@ MAX_SURVEY = 100_000
 MAX_TOLD = 20  # names in one message
 MOST_TABLE_PITCH = 10.0  # degrees: a pose asked for on the table, taken literally
 MIN_PASSES = 2
+
+Survey = tuple[tuple[Mark, ...], tuple[Distance, ...], tuple[Crossing, ...]]
 
 _TOP = ("title", "ribbon", "workpiece", "pose", "pass", "mark", "distance", "crossing")
 _RIBBON = ("id", "length", "rate", "sensor")
@@ -120,15 +122,24 @@ def read_outline(data: Mapping[str, object], source: Source) -> Outline:
     top = Table(data, source, "", None, _TOP)
     title = top.prose("title", "a title") if "title" in data else None
     ribbon = _ribbon(top)
-    workpiece = _workpiece(top)
+    workpiece = read_workpiece(top)
     poses = tuple(_pose(t) for t in _tables(top, "pose", _POSE, MAX_FILES))
     passes = _passes(top)
     _check_files(top, poses, passes)
-    survey = _Survey(ribbon, dict.fromkeys(entry.name for entry in passes))
+    marks, distances, crossings = read_survey(top, ribbon, [entry.name for entry in passes])
+    return Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
+
+
+def read_survey(top: Table, ribbon: Ribbon, passes: Iterable[str]) -> Survey:
+    """The survey in the tables `mark`, `distance` and `crossing` of a table.
+
+    passes: the names that it may speak of.  Raises the source's error.
+    """
+    survey = _Survey(ribbon, dict.fromkeys(passes))
     marks = tuple(survey.mark(t) for t in _tables(top, "mark", _MARK, MAX_SURVEY))
     distances = tuple(survey.distance(t) for t in _tables(top, "distance", _DISTANCE, MAX_SURVEY))
     crossings = tuple(survey.crossing(t) for t in _tables(top, "crossing", _CROSSING, MAX_SURVEY))
-    return Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
+    return marks, distances, crossings
 
 
 def tables_of(recording: Recording, files: Sequence[str]) -> dict[str, object]:
@@ -227,7 +238,8 @@ def _along(table: Table, key: str, value: float, length: float) -> float:
     return value
 
 
-def _workpiece(top: Table) -> Workpiece | None:
+def read_workpiece(top: Table) -> Workpiece | None:
+    """The frame of the marks in the table `workpiece` of a table; None where there is none."""
     if "workpiece" not in top.data:
         return None
     table = Table(top.data["workpiece"], top.source, "workpiece", None, _WORKPIECE)
