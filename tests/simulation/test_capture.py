@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from georibbon.calibration.plans import PLANS
 from georibbon.errors import SettingsError
 from georibbon.geometry.closest import closest_point
 from georibbon.simulation import (
@@ -21,7 +22,6 @@ from georibbon.simulation import (
 from georibbon.simulation.capture import frames_at
 from georibbon.simulation.forward import expected_counts
 from georibbon.simulation.layout import crossing, lay_passes
-from georibbon.simulation.poses import PLANS
 from georibbon.simulation.surfaces import make_surface, surface_kind
 from georibbon.world import UP, field_direction
 

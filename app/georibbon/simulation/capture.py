@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration, SensorModel
+from georibbon.calibration.plans import PLANS
 from georibbon.errors import SettingsError
 from georibbon.geometry.frames import Strip
 from georibbon.recording import Pass, PassKind, Pose, Recording, Workpiece
@@ -15,7 +16,7 @@ from georibbon.ribbon import Readings, Ribbon
 from georibbon.rotations import about_z
 from georibbon.simulation.forward import expected_counts, sample_counts
 from georibbon.simulation.layout import lay_passes
-from georibbon.simulation.poses import PLANS, attitudes
+from georibbon.simulation.poses import attitudes
 from georibbon.simulation.settings import FaultSettings, SimulationSettings
 from georibbon.simulation.surfaces import make_surface, surface_kind
 from georibbon.simulation.survey import measure_crossings, measure_distances, measure_marks

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Literal
 
+from georibbon.calibration.plans import PLANS
 from georibbon.errors import SettingsError
-from georibbon.simulation.poses import PLANS
 
 SurveyKind = Literal["starts", "ends", "distances"]
 SURVEY_KINDS: tuple[SurveyKind, ...] = ("starts", "ends", "distances")
