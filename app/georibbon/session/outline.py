@@ -200,7 +200,16 @@ def _tables(parent: Table, key: str, known: tuple[str, ...], limit: int) -> list
 def _ribbon(top: Table) -> Ribbon:
     if "ribbon" not in top.data:
         top.refuse(None, "the table [ribbon] is missing; it describes the ribbon and its sensors")
-    table = Table(top.data["ribbon"], top.source, "ribbon", None, _RIBBON)
+    return read_ribbon(top.data["ribbon"], top.source)
+
+
+def read_ribbon(data: object, source: Source) -> Ribbon:
+    """The ribbon in a table [ribbon] with its tables [[ribbon.sensor]].
+
+    Raises the source's error for whatever is missing, unknown, of the wrong type
+    or out of range.
+    """
+    table = Table(data, source, "ribbon", None, _RIBBON)
     name = table.text("id", "the ribbon's name")
     length = table.positive("length", "a length in metres greater than 0")
     rate = table.positive("rate", "a number of frames per second greater than 0")
