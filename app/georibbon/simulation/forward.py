@@ -24,18 +24,20 @@ def expected_counts(
     field: FloatArray,
     disturbance: FloatArray | None = None,
 ) -> FloatArray:
-    """(c,) the noiseless readings, counts, in the order of the ribbon's columns.
+    """(..., c) the noiseless readings, counts, in the order of the ribbon's columns.
 
-    frames: (n, 3, 3), each sensor's frame, ribbon to world.  field: (3,) the
-    unit field in the world.  disturbance: (n, 3) what a magnet adds to the
-    field at each sensor, in the world, in units of the field; None: nothing.
+    frames: (..., n, 3, 3), each sensor's frame, ribbon to world.  field: (3,)
+    the unit field in the world.  disturbance: (..., n, 3) what a magnet adds to
+    the field at each sensor, in the world, in units of the field; None: nothing.
     """
     extra = np.zeros((len(models), 3)) if disturbance is None else disturbance
     parts = []
-    for sensor, model, frame, added in zip(ribbon.sensors, models, frames, extra, strict=True):
-        seen = UP if sensor.kind == "accelerometer" else field + added
-        parts.append(model.gain @ (frame.T @ seen) + model.bias)
-    return np.concatenate(parts)
+    for k, (sensor, model) in enumerate(zip(ribbon.sensors, models, strict=True)):
+        seen = UP if sensor.kind == "accelerometer" else field + extra[..., k, :]
+        # Row vectors: (R^T seen)^T = seen^T R.
+        along = (seen[..., None, :] @ frames[..., k, :, :])[..., 0, :]
+        parts.append(along @ model.gain.T + model.bias)
+    return np.concatenate(parts, axis=-1)
 
 
 def sample_counts(
