@@ -18,7 +18,7 @@ from georibbon.ribbon import Readings
 from georibbon.session import chunks, file
 from georibbon.session.file import create_session, read_session
 from georibbon.session.folder import read_recording, write_recording
-from georibbon.session.schema import TABLES
+from georibbon.session.version1 import TABLES
 
 
 @pytest.fixture

@@ -24,7 +24,8 @@ from georibbon.session.fields import Source
 from georibbon.session.files import built_file, kind_of
 from georibbon.session.folder import check_recording, readings_of
 from georibbon.session.outline import Outline, read_outline, tables_of
-from georibbon.session.schema import APPLICATION_ID, TABLES, VERSION, statements
+from georibbon.session.schema import APPLICATION_ID
+from georibbon.session.version1 import TABLES, VERSION, statements
 
 MAX_SESSION = 4 * 2**30
 MAX_ROW = 64 * 2**20
