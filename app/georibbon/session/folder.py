@@ -70,7 +70,8 @@ def write_recording(recording: Recording, path: Path) -> None:
             (folder / place).mkdir()
         for file, readings in zip(files, readings_of(recording), strict=True):
             (folder / file).write_bytes(format_csv(readings, columns))
-        (folder / TOML_NAME).write_bytes(_toml(tables).encode())
+        head = {"format": FORMAT, "version": VERSION}
+        (folder / TOML_NAME).write_bytes(toml_text(head | tables).encode())
 
 
 def check_recording(recording: Recording, outline: Outline) -> None:
@@ -162,10 +163,9 @@ def _file_names(recording: Recording) -> tuple[str, ...]:
     return (*poses, *passes)
 
 
-def _toml(tables: Mapping[str, object]) -> str:
-    """The tables of a recording as TOML."""
-    head = {"format": FORMAT, "version": VERSION}
-    return "\n".join(_toml_table("", head | dict(tables))).lstrip("\n") + "\n"
+def toml_text(tables: Mapping[str, object]) -> str:
+    """Tables, their plain values first, as TOML."""
+    return "\n".join(_toml_table("", tables)).lstrip("\n") + "\n"
 
 
 def _toml_table(name: str, table: Mapping[str, object]) -> list[str]:

@@ -114,9 +114,7 @@ def simulate(settings: SimulationSettings) -> Simulation:
     """
     streams = error_streams(settings.seed)
     bench = make_bench(settings, streams)
-    surface = make_surface(settings.surface, settings.parameters)
-    kind = surface_kind(settings.surface)
-    strips = lay_passes(surface, kind, settings.layout, settings.ribbon.length)
+    strips, truth = lay_on_surface(bench)
     check_names(settings.faults, bench.ribbon, strips)
     recording = Recording(
         ribbon=bench.ribbon,
@@ -128,10 +126,22 @@ def simulate(settings: SimulationSettings) -> Simulation:
         workpiece=Workpiece(True, bench.yaw if settings.tell_heading else None),
         title=title_of(settings),
     )
+    return Simulation(recording, truth)
+
+
+def lay_on_surface(bench: Bench) -> tuple[dict[str, Strip], Truth]:
+    """The passes and ties on the settings' reference surface, and the truth of them.
+
+    Raises `SettingsError` where there is no such surface, or one runs off it.
+    """
+    settings = bench.settings
+    surface = make_surface(settings.surface, settings.parameters)
+    kind = surface_kind(settings.surface)
+    strips = lay_passes(surface, kind, settings.layout, settings.ribbon.length)
     parameters = {**kind.parameters, **settings.parameters}
     coarse = thinned(strips)
     truth = Truth(settings.surface, coarse, bench.yaw, parameters, surface, bench.calibration)
-    return Simulation(recording, truth)
+    return strips, truth
 
 
 def check_names(faults: FaultSettings, ribbon: Ribbon, strips: Mapping[str, Strip]) -> None:

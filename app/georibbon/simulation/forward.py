@@ -43,6 +43,9 @@ def expected_counts(
 def sample_counts(
     expected: FloatArray, noise: FloatArray, frames: int, rng: np.random.Generator
 ) -> FloatArray:
-    """(frames, c) raw counts: `expected` (c,) with white noise of `noise` (c,) counts a sample."""
-    values = expected + noise * rng.standard_normal((frames, len(expected)))
+    """(frames, c) raw counts: `expected` with white noise of `noise` (c,) counts a sample.
+
+    expected: (c,), the same in all frames, or (frames, c).
+    """
+    values = expected + noise * rng.standard_normal((frames, len(noise)))
     return np.clip(np.rint(values), -CLIP, CLIP)

@@ -28,10 +28,15 @@ def lay_passes(
     square to its heading, `spacing` apart; each pass runs half its length both
     ways from its middle, square to that geodesic but for the fan.
     """
-    s = np.linspace(0.0, length, round(SAMPLES_PER_METRE * length) + 1)
+    s = samples(length)
     uv, forward = _middles(surface, kind, layout)
     passes = _run(surface, uv, forward, s - length / 2, "P")
     return passes | _lay_ties(surface, layout, passes, s)
+
+
+def samples(length: float) -> FloatArray:
+    """(n,) the distances along a ribbon at which its curve is kept."""
+    return np.linspace(0.0, length, round(SAMPLES_PER_METRE * length) + 1)
 
 
 def _middles(
@@ -50,14 +55,14 @@ def _middles(
         )
     heading = kind.heading if layout.heading is None else layout.heading
     across = directions_at(surface, start, np.radians([heading + 90.0]))
-    offsets = np.asarray(_steps(layout) * _spacing(kind, layout), dtype=np.float64)
+    offsets = np.asarray(steps(layout) * _spacing(kind, layout), dtype=np.float64)
     uv, cross = trace(surface, start, across, offsets, TOLERANCE)
     strip = cross[0]
-    fan = np.radians(_fan(layout))[:, None]
+    fan = np.radians(fan_angles(layout))[:, None]
     return uv[:, 0], -strip.conormals * np.cos(fan) + strip.tangents * np.sin(fan)
 
 
-def _steps(layout: LayoutSettings) -> FloatArray:
+def steps(layout: LayoutSettings) -> FloatArray:
     """(n,) the passes' places, counted from the middle."""
     return np.asarray(np.arange(layout.passes) - (layout.passes - 1) / 2, dtype=np.float64)
 
@@ -66,10 +71,10 @@ def _spacing(kind: SurfaceKind, layout: LayoutSettings) -> float:
     return kind.spacing if layout.spacing is None else layout.spacing
 
 
-def _fan(layout: LayoutSettings) -> FloatArray:
+def fan_angles(layout: LayoutSettings) -> FloatArray:
     """(n,) degrees that each pass is turned off square."""
     if layout.fan_kind == "spread":
-        return np.asarray(layout.fan * _steps(layout))
+        return np.asarray(layout.fan * steps(layout))
     return np.asarray(layout.fan * (np.arange(layout.passes) % 2 - 0.5))
 
 
@@ -82,11 +87,20 @@ def _lay_ties(
     """Geodesics square to the middle pass, their middles upon it."""
     if layout.ties == 0:
         return {}
-    places = layout.tie_places or tuple(np.linspace(0.1, 0.9, layout.ties + 2)[1:-1])
-    middle = passes[f"P{(layout.passes + 1) // 2}"]
-    index = np.rint(np.array(places) * (len(s) - 1)).astype(np.int64)
+    middle = passes[middle_pass(layout)]
+    index = np.rint(tie_places(layout) * (len(s) - 1)).astype(np.int64)
     uv = closest_point(surface, middle.points[index]).uv
     return _run(surface, uv, middle.conormals[index], s - s[-1] / 2, "T")
+
+
+def middle_pass(layout: LayoutSettings) -> str:
+    """The name of the pass that the ties are square to."""
+    return f"P{(layout.passes + 1) // 2}"
+
+
+def tie_places(layout: LayoutSettings) -> FloatArray:
+    """(t,) where the ties cross the middle pass, as fractions of the ribbon."""
+    return np.array(layout.tie_places or np.linspace(0.1, 0.9, layout.ties + 2)[1:-1])
 
 
 def _run(
@@ -130,10 +144,10 @@ class Curve:
         return np.asarray(self._points(s, 1), dtype=np.float64)
 
 
-def crossing(a: Strip, b: Strip) -> tuple[float, float] | None:
+def crossing(a: Strip, b: Strip, tolerance: float = 1e-6) -> tuple[float, float] | None:
     """The distances along two strips of one surface at which they meet, or None.
 
-    From the nearest pair of samples, by Gauss-Newton on the difference.
+    tolerance: metres by which they may miss each other.  From the nearest pair of samples, by Gauss-Newton on the difference.
     """
     gaps = np.linalg.norm(a.points[:, None] - b.points[None], axis=2)
     i, j = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
@@ -145,6 +159,6 @@ def crossing(a: Strip, b: Strip) -> tuple[float, float] | None:
         at = at - np.linalg.lstsq(slopes, gap)[0]
     inside = 0 <= at[0] <= a.s[-1] and 0 <= at[1] <= b.s[-1]
     gap = first.points(at[:1])[0] - second.points(at[1:])[0]
-    if not inside or np.linalg.norm(gap) > 1e-6:
+    if not inside or np.linalg.norm(gap) > tolerance:
         return None
     return float(at[0]), float(at[1])

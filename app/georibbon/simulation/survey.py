@@ -45,14 +45,17 @@ def measure_distances(
 
 
 def measure_crossings(
-    strips: Mapping[str, Strip], survey: SurveySettings, rng: np.random.Generator
+    strips: Mapping[str, Strip],
+    survey: SurveySettings,
+    rng: np.random.Generator,
+    tolerance: float = 1e-6,
 ) -> tuple[Crossing, ...]:
-    """Where each tie meets each pass, read on both ribbons."""
+    """Where each tie meets each pass, within a tolerance (m), read on both ribbons."""
     found = []
     for tie in (name for name in strips if name.startswith("T")):
         for name in (name for name in strips if name.startswith("P")):
             error = survey.crossing_sigma / np.sqrt(2) * rng.standard_normal(2)
-            met = crossing(strips[name], strips[tie])
+            met = crossing(strips[name], strips[tie], tolerance)
             if met is None:
                 continue
             length = strips[name].s[-1]
