@@ -27,6 +27,7 @@ from georibbon.session.pages import (
     decode,
     length_of,
     likely_sizes,
+    log_size,
     read_at,
     varint,
 )
@@ -76,11 +77,11 @@ class Carving:
     conflicts: tuple[int, ...]
     pieces: tuple[Piece, ...]
     whole: bool
-    _files: tuple[BufferedReader, BufferedReader | None]
+    _views: dict[int, Pages]
 
     def chunk(self, piece: Piece) -> Chunk:
         """The frames of a piece, read once more.  Raises DamagedError where they are gone."""
-        pages = Pages(*self._files, piece.size)
+        pages = self._views[piece.size]
         record = pages.payload(piece.start, piece.length, piece.newest)
         chunk = None if record is None else _chunk(record)
         if chunk is None or chunk.digest != piece.digest:
@@ -112,7 +113,11 @@ class _Search:
 
     def __init__(self, database: BufferedReader, log: BufferedReader | None) -> None:
         self.files = (database, log)
-        self.views = [Pages(database, log, size) for size in likely_sizes(database, log)]
+        logged = None if log is None else log_size(log)
+        self.views = [
+            Pages(database, log if size == logged else None, size)
+            for size in likely_sizes(database)
+        ]
         total = length_of(database) + (0 if log is None else length_of(log))
         self.budget = 4 * total + _SPARE
         self.events: dict[int, dict[bytes, tuple[int, Event]]] = {}
@@ -125,7 +130,8 @@ class _Search:
         events = tuple(max(self.events[i].values(), key=itemgetter(0))[1] for i in ids)
         conflicts = tuple(i for i in ids if len(self.events[i]) > 1)
         pieces = sorted(self.pieces.values(), key=lambda piece: (piece.part, piece.place))
-        return Carving(events, conflicts, tuple(pieces), whole, self.files)
+        views = {pages.size: pages for pages in self.views}
+        return Carving(events, conflicts, tuple(pieces), whole, views)
 
     def _look(self, which: int) -> bool:
         """Look at every head in one of the files; False when it was given up."""
@@ -159,10 +165,8 @@ class _Search:
             if event is not None:
                 age = -1 if place.frame is None else place.frame
                 known = self.events.setdefault(event.id, {})
-                digest = record[-32:]
-                known[digest] = max(
-                    (age, event), known.get(digest, (age, event)), key=itemgetter(0)
-                )
+                before, _ = known.get(record[-32:], (age, event))
+                known[record[-32:]] = (max(age, before), event)
             return event is not None
         chunk = _chunk(record)
         if chunk is not None:

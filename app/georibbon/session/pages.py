@@ -19,6 +19,7 @@ _LEAF = 0x0D
 _FILE_HEADER = 100
 _LOG_HEADER = 32
 _FRAME_HEADER = 24
+_SAMPLE = 100
 _WIDTHS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 6, 6: 8}
 
 
@@ -106,12 +107,41 @@ class Pages:
         return _LOG_HEADER + frame * (_FRAME_HEADER + self.size) + _FRAME_HEADER
 
 
-def likely_sizes(database: BufferedReader, log: BufferedReader | None) -> list[int]:
-    """All sizes that a page may have, what the headers say first."""
+def likely_sizes(database: BufferedReader) -> list[int]:
+    """All sizes that a page may have, what the header says first."""
     said = int.from_bytes(read_at(database, 16, 2))
-    logged = 0 if log is None else int.from_bytes(read_at(log, 8, 4))
-    first = [65536 if said == 1 else said, logged]
-    return list(dict.fromkeys([size for size in first if size in SIZES] + list(SIZES)))
+    return sorted(SIZES, key=lambda size: size != (65536 if said == 1 else said))
+
+
+def log_size(log: BufferedReader) -> int:
+    """The size of the pages in a log: what its header says, where the header is undamaged.
+
+    Else the one with which most frames bear the salts of the first.
+    """
+    if _log_header(log):
+        return int.from_bytes(read_at(log, 8, 4))
+    return max(SIZES, key=lambda size: _alike(log, size))
+
+
+def _alike(log: BufferedReader, size: int) -> int:
+    """How many of the first frames bear the same salts, were pages of this size."""
+    places = range(_LOG_HEADER + 8, length_of(log), _FRAME_HEADER + size)[:_SAMPLE]
+    salts = [read_at(log, place, 8) for place in places]
+    return salts.count(salts[0]) if salts else 0
+
+
+def _log_header(log: BufferedReader) -> bytes:
+    """The header of a log; nothing where it does not match its checksum (section 4.2)."""
+    header = read_at(log, 0, _LOG_HEADER)
+    if len(header) < _LOG_HEADER or header[:3] != b"\x37\x7f\x06":
+        return b""
+    words = struct.unpack(">6I" if header[3] & 1 else "<6I", header[:24])
+    first = second = 0
+    for one, other in zip(words[::2], words[1::2], strict=True):
+        first = (first + one + second) % 2**32
+        second = (second + other + first) % 2**32
+    fine = (first, second) == struct.unpack(">2I", header[24:])
+    return header if fine and int.from_bytes(header[8:12]) in SIZES else b""
 
 
 def leaves(pages: Pages) -> Iterator[list[tuple[int, tuple[Value, ...]]]]:
@@ -204,8 +234,7 @@ def _local(length: int, usable: int) -> int:
 def _committed(log: BufferedReader, size: int) -> dict[int, int]:
     """The frames of a log that count, with the numbers of their pages."""
     step = _FRAME_HEADER + size
-    head = read_at(log, 0, _LOG_HEADER)
-    salts = head[16:24] if head[:3] == b"\x37\x7f\x06" else read_at(log, _LOG_HEADER + 8, 8)
+    salts = _log_header(log)[16:24] or read_at(log, _LOG_HEADER + 8, 8)
     waiting: dict[int, int] = {}
     counted: dict[int, int] = {}
     for frame in range(max(length_of(log) - _LOG_HEADER, 0) // step):
