@@ -24,6 +24,8 @@ from georibbon.errors import GeoribbonError
 COMMANDS = {
     "demo": ("demonstration", "capture a virtual car bonnet, reconstruct it, print the error"),
     "simulate": ("simulation", "make a recording of a virtual ribbon, with its truth"),
+    "ports": ("ports", "list the serial ports on which a ribbon may hang"),
+    "record": ("record", "record what a ribbon says into a CSV file or a session"),
     "info": ("sessions", "tell what a recording or session holds"),
     "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
