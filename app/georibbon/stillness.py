@@ -60,25 +60,31 @@ def still_means(readings: Readings) -> StillMeans:
     """
     counts = readings.counts
     present = np.isfinite(counts)
-    frames = present.sum(axis=0)
-    values = np.where(present, counts, 0.0)
-    with np.errstate(invalid="ignore"):
-        mean = np.where(frames > 0, values.sum(axis=0) / np.maximum(frames, 1), np.nan)
-    sigma = _sigma_from_blocks(values - np.where(present, mean, 0.0), present, frames)
-    return StillMeans(mean, sigma, frames.astype(np.int64))
-
-
-def _sigma_from_blocks(
-    residuals: FloatArray, present: NDArray[np.bool_], frames: NDArray[np.intp]
-) -> FloatArray:
-    """The means' (c,) standard deviations from (m, c) residuals, 0 where a value is lost."""
-    if residuals.shape[0] == 0:
-        return np.full(residuals.shape[1], np.nan)
-    starts = np.unique(np.linspace(0, residuals.shape[0], BLOCKS, endpoint=False).astype(int))
-    sums = np.add.reduceat(residuals, starts, axis=0)
+    # From near the mean the squares lose no digits.
+    centre = np.where(
+        present.any(axis=0), np.where(present, counts, np.inf).min(axis=0, initial=np.inf), 0.0
+    )
+    values = np.where(present, counts - centre, 0.0)
+    if len(counts) == 0:
+        return means_of_blocks(values, present.astype(np.float64))
+    starts = np.unique(np.linspace(0, len(counts), BLOCKS, endpoint=False).astype(int))
+    sums = np.add.reduceat(values, starts, axis=0)
     sizes = np.add.reduceat(present.astype(np.float64), starts, axis=0)
-    filled = (sizes > 0).sum(axis=0)
-    spread = (sums**2 / np.maximum(sizes, 1.0)).sum(axis=0)
-    variance = spread / np.maximum(filled - 1, 1) / np.maximum(frames, 1)
-    least = ROUNDING**2 / np.maximum(frames, 1)
-    return np.where(frames > 0, np.sqrt(np.maximum(variance, least)), np.nan)
+    found = means_of_blocks(sums, sizes)
+    return StillMeans(found.mean + centre, found.sigma, found.frames)
+
+
+def means_of_blocks(sums: FloatArray, sizes: FloatArray) -> StillMeans:
+    """The means over successive blocks of a still window, of which only the sums are known.
+
+    sums: (m, c) of each block's values.  sizes: (m, c) how many values each is
+    over; blocks may differ in length.  See `still_means`.
+    """
+    frames, filled = sizes.sum(axis=0), (sizes > 0).sum(axis=0)
+    some = np.maximum(frames, 1.0)
+    mean = np.where(frames > 0, sums.sum(axis=0) / some, np.nan)
+    residuals = sums - sizes * np.where(frames > 0, mean, 0.0)
+    spread = (residuals**2 / np.maximum(sizes, 1.0)).sum(axis=0)
+    variance = spread / np.maximum(filled - 1, 1) / some
+    sigma = np.sqrt(np.maximum(variance, ROUNDING**2 / some))
+    return StillMeans(mean, np.where(frames > 0, sigma, np.nan), frames.astype(np.int64))
