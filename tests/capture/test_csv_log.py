@@ -301,10 +301,3 @@ def test_places_where_nothing_can_be_written(tmp_path, monkeypatch):
     monkeypatch.setattr("os.access", lambda *_: False)
     with pytest.raises(ExportError, match="cannot be written to"):
         check_csv_place(tmp_path / "run.csv")
-
-
-def test_events_of_the_link_change_nothing(log, path):
-    log.append(frames(2))
-    log.note({"state": "stalled"})
-    log.sync()
-    assert numbers(path) == [0, 1]

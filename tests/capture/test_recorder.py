@@ -2,8 +2,6 @@
 
 import threading
 import time
-from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ import pytest
 from georibbon.capture import recorder as module
 from georibbon.capture.recorder import Progress, Recorder
 from georibbon.device.frames import Frame
+from georibbon.device.ring import Tap
 from georibbon.errors import StorageError
 
 
@@ -21,55 +20,17 @@ def frames(count, start=0, rate=100.0):
     ]
 
 
-@dataclass(frozen=True)
-class FakeHealth:
-    state: str = "streaming"
-    reason: str = "as it should"
-    lost: int = 0
-    damaged: int = 0
-
-
-@dataclass(frozen=True)
-class FakeChange:
-    state: str
-    reason: str
-
-
-class FakeLink:
-    """A link whose frames and changes the test makes up."""
-
-    def __init__(self):
-        self.queue = deque()
-        self.now = FakeHealth()
-        self.tell = None
-
-    def recorder(self):
-        return self
-
-    def take(self):
-        return [self.queue.popleft() for _ in range(len(self.queue))]
-
-    def on_change(self, callback):
-        self.tell = callback
-
-    def health(self):
-        return self.now
-
-
 class FakeSink:
     """Keeps what it gets in a list; `fault` makes it fail."""
 
     def __init__(self):
-        self.frames, self.events, self.threads = [], [], set()
+        self.frames, self.threads = [], set()
         self.durable = 0
         self.fault = None
 
     def append(self, taken):
         self.frames += taken
         self.threads.add(threading.current_thread().name)
-
-    def note(self, event):
-        self.events.append(event)
 
     def sync(self):
         if self.fault is not None:
@@ -79,13 +40,13 @@ class FakeSink:
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    for name in ("PERIOD", "RETRY", "LOSSES"):
+    for name in ("PERIOD", "RETRY"):
         monkeypatch.setattr(module, name, 0.01)
 
 
 @pytest.fixture
-def link():
-    return FakeLink()
+def tap():
+    return Tap()
 
 
 @pytest.fixture
@@ -108,47 +69,44 @@ def numbers(taken):
     return [int(frame.counts[0]) for frame in taken]
 
 
-def test_every_frame_gets_to_the_sink_in_order(link, sink):
-    recorder = Recorder(link)
-    link.queue.extend(frames(7))  # before it is known where they go
+def test_every_frame_gets_to_the_sink_in_order(tap, sink):
+    recorder = Recorder(tap, sink)
+    tap.append(frames(7))  # before it is started
     assert recorder.progress == Progress(0, 0, None)
-    recorder.start(sink)
+    recorder.start()
     sent = 7
     for count in (7, 0, 1, 30, 400):
-        link.queue.extend(frames(count, sent))
+        tap.append(frames(count, sent))
         sent += count
         wait_for(recorder, sent, sent)
-    link.queue.extend(frames(5, sent))
+    tap.append(frames(5, sent))
     recorder.stop()
     assert numbers(sink.frames) == list(range(sent + 5))
     assert recorder.progress == Progress(sent + 5, sent + 5, None)
     assert not recorder.finished
-    assert sink.threads == {"georibbon-recorder"}
-    assert "georibbon-recorder" not in {thread.name for thread in threading.enumerate()}
+    assert sink.threads == {"recorder"}
+    assert "recorder" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_what_comes_with_the_end_is_taken(link):
-    """Whatever the link delivered before `stop` is in the sink after it."""
+def test_what_comes_with_the_end_is_taken():
+    """Whatever the link delivered before `stop` is in the sink after it, and nothing else."""
     for _ in range(20):
-        recorder, there = Recorder(link), FakeSink()
-        recorder.start(there)
-        link.queue.extend(frames(3))
+        tap, sink = Tap(), FakeSink()
+        recorder = Recorder(tap, sink)
+        recorder.start()
+        tap.append(frames(3))
         recorder.stop()
-        assert numbers(there.frames) == [0, 1, 2]
-        assert there.durable == 3
+        tap.append(frames(3))
+        assert numbers(sink.frames) == [0, 1, 2]
+        assert sink.durable == 3
+        assert tap.take() == []
 
 
-def test_stopped_before_it_was_started(link):
-    recorder = Recorder(link)
-    recorder.stop()
-    assert recorder.progress == Progress(0, 0, None)
-
-
-def test_durable_is_never_ahead(link, sink):
-    recorder = Recorder(link)
-    recorder.start(sink)
+def test_durable_is_never_ahead(tap, sink):
+    recorder = Recorder(tap, sink)
+    recorder.start()
     for start in range(0, 3000, 10):
-        link.queue.extend(frames(10, start))
+        tap.append(frames(10, start))
         progress = recorder.progress
         assert progress.durable <= progress.frames
     recorder.stop()
@@ -156,50 +114,50 @@ def test_durable_is_never_ahead(link, sink):
 
 
 @pytest.mark.parametrize(("seconds", "kept"), [(0.5, 50), (0.501, 51), (0.01, 1), (30.0, 3000)])
-def test_so_many_seconds_by_the_ribbons_clock(link, sink, seconds, kept):
-    recorder = Recorder(link, seconds=seconds)
-    recorder.start(sink)
+def test_so_many_seconds_by_the_ribbons_clock(tap, sink, seconds, kept):
+    recorder = Recorder(tap, sink, seconds=seconds)
+    recorder.start()
     for start in range(0, kept + 40, 8):
-        link.queue.extend(frames(8, start))
+        tap.append(frames(8, start))
     wait_until(lambda: recorder.finished)
-    link.queue.extend(frames(8, 9000))
+    tap.append(frames(8, 9000))
     recorder.stop()
     assert numbers(sink.frames) == list(range(kept))
     assert recorder.progress == Progress(kept, kept, None)
 
 
-def test_the_seconds_end_where_the_frames_cease(link, sink, monkeypatch):
+def test_the_seconds_end_where_the_frames_cease(tap, sink, monkeypatch):
     monkeypatch.setattr(module, "_LATE", 0.01)
-    recorder = Recorder(link, seconds=0.05)
-    recorder.start(sink)
-    link.queue.extend(frames(2))
+    recorder = Recorder(tap, sink, seconds=0.05)
+    recorder.start()
+    tap.append(frames(2))
     wait_until(lambda: recorder.finished)
     recorder.stop()
     assert numbers(sink.frames) == [0, 1]
 
 
-def test_the_seconds_do_not_run_before_the_first_frame(link, sink, monkeypatch):
+def test_the_seconds_do_not_run_before_the_first_frame(tap, sink, monkeypatch):
     monkeypatch.setattr(module, "_LATE", 0.0)
-    recorder = Recorder(link, seconds=0.02)
-    recorder.start(sink)
+    recorder = Recorder(tap, sink, seconds=0.02)
+    recorder.start()
     waited = time.monotonic() + 0.1
     wait_until(lambda: time.monotonic() > waited)
     assert not recorder.finished
-    link.queue.extend(frames(1))
+    tap.append(frames(1))
     wait_until(lambda: recorder.finished)
     recorder.stop()
     assert len(sink.frames) == 1
 
 
-def test_a_full_disk_is_told_once_and_costs_no_frame(link, sink):
+def test_a_full_disk_is_told_once_and_costs_no_frame(tap, sink):
     told = []
-    recorder = Recorder(link, on_storage=told.append)
-    recorder.start(sink)
-    link.queue.extend(frames(10))
+    recorder = Recorder(tap, sink, on_storage=told.append)
+    recorder.start()
+    tap.append(frames(10))
     wait_until(lambda: recorder.progress.durable == 10)
     sink.fault = StorageError("the disk is full")
     for start in range(10, 60, 10):
-        link.queue.extend(frames(10, start))
+        tap.append(frames(10, start))
         wait_for(recorder, start + 10, 10)
     assert recorder.progress == Progress(60, 10, "the disk is full")
     sink.fault = StorageError("the disk is gone")
@@ -211,73 +169,31 @@ def test_a_full_disk_is_told_once_and_costs_no_frame(link, sink):
     assert numbers(sink.frames) == list(range(60))
 
 
-def test_the_end_tries_once_more_whatever_the_pause(link, sink, monkeypatch):
+def test_the_end_tries_once_more_whatever_the_pause(tap, sink, monkeypatch):
     monkeypatch.setattr(module, "RETRY", 1e6)
-    recorder = Recorder(link)
-    recorder.start(sink)
+    recorder = Recorder(tap, sink)
+    recorder.start()
     sink.fault = StorageError("the disk is full")
-    link.queue.extend(frames(3))
+    tap.append(frames(3))
     wait_until(lambda: recorder.progress.storage)
     sink.fault = None
     recorder.stop()
     assert recorder.progress == Progress(3, 3, None)
 
 
-def test_an_end_that_cannot_be_written_is_seen_in_the_counts(link, sink):
-    recorder = Recorder(link)
-    recorder.start(sink)
+def test_an_end_that_cannot_be_written_is_seen_in_the_counts(tap, sink):
+    recorder = Recorder(tap, sink)
+    recorder.start()
     sink.fault = StorageError("the disk is full")
-    link.queue.extend(frames(3))
+    tap.append(frames(3))
     recorder.stop()
     assert recorder.progress == Progress(3, 0, "the disk is full")
 
 
-def test_a_fault_of_the_program_is_not_swallowed(link, sink):
-    recorder = Recorder(link)
+def test_a_fault_of_the_program_is_not_swallowed(tap, sink):
+    recorder = Recorder(tap, sink)
     sink.fault = ZeroDivisionError("a fault")
-    recorder.start(sink)
+    recorder.start()
     wait_until(lambda: recorder.finished)
     with pytest.raises(ZeroDivisionError, match="a fault"):
         recorder.stop()
-
-
-def test_changes_of_the_link_are_noted_with_its_health(link, sink):
-    recorder = Recorder(link)
-    link.tell(FakeChange("opening", "to see what is there"))  # before there is a sink
-    recorder.start(sink)
-    wait_until(lambda: len(sink.events) == 1)
-    link.now = FakeHealth("disconnected", "unplugged", lost=0)
-    link.tell(FakeChange("disconnected", "unplugged"))
-    wait_until(lambda: len(sink.events) == 2)
-    recorder.stop()
-    assert [(event["state"], event["reason"]) for event in sink.events] == [
-        ("opening", "to see what is there"),
-        ("disconnected", "unplugged"),
-    ]
-    assert sink.events[1]["damaged"] == 0
-
-
-def test_losses_are_noted_once(link, sink):
-    recorder = Recorder(link)
-    recorder.start(sink)
-    link.now = FakeHealth(lost=3, damaged=1)
-    wait_until(lambda: len(sink.events) == 1)
-    link.now = FakeHealth(lost=4, damaged=1)
-    wait_until(lambda: len(sink.events) == 2)
-    recorder.stop()
-    assert [event["reason"] for event in sink.events] == [
-        "3 packets lost and 1 damaged",
-        "1 packet lost and 0 damaged",
-    ]
-    assert [event["lost"] for event in sink.events] == [3, 4]
-
-
-def test_the_last_losses_are_noted_at_the_end(link, sink, monkeypatch):
-    monkeypatch.setattr(module, "LOSSES", 1e6)
-    recorder = Recorder(link)
-    recorder.start(sink)
-    link.now = FakeHealth(lost=1)
-    wait_until(lambda: sink.events)
-    link.now = FakeHealth(lost=9)
-    recorder.stop()
-    assert [event["lost"] for event in sink.events] == [1, 9]

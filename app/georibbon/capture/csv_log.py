@@ -8,7 +8,7 @@ end, and is not to be trusted.
 
 import os
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,9 +85,6 @@ class CsvLog:
             block.data += self._line(frame)
         block.frames += len(frames)
         self.frames += len(frames)
-
-    def note(self, event: Mapping[str, object]) -> None:
-        """Nothing: a table of counts has no place for what happened to the link."""
 
     def sync(self) -> None:
         """Write what was taken and flush it to the disk.

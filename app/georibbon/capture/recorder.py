@@ -2,21 +2,16 @@
 
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from queue import SimpleQueue
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 from georibbon.device.frames import Frame
+from georibbon.device.ring import Tap
 from georibbon.errors import StorageError
-from georibbon.session.words import counted
-
-if TYPE_CHECKING:
-    from georibbon.device.link import Change, Health, Link
 
 PERIOD = 0.2  # seconds between two writes: what a crash of the computer can cost
 RETRY = 1.0  # seconds until it is tried again to write what could not be written
-LOSSES = 1.0  # seconds between two notes of what was lost, at least
 _LATE = 0.5  # seconds beyond the end for the last frames to arrive
 _HALF_MICROSECOND = 5e-7
 
@@ -30,9 +25,6 @@ class Sink(Protocol):
 
     def append(self, frames: Sequence[Frame]) -> None:
         """Take frames, and keep them whatever happens to the disk."""
-
-    def note(self, event: Mapping[str, object]) -> None:
-        """Take what happened to the link; may raise StorageError."""
 
     def sync(self) -> None:
         """See that what was taken gets to the disk; StorageError where it cannot be written."""
@@ -52,44 +44,39 @@ class Progress:
 
 
 class Recorder:
-    """Takes every frame of a link, from now on, to a sink, on a thread of its own.
+    """Takes every frame of a tap to a sink, on a thread of its own.
 
-    Make it before the link is started, so that no frame is missed; `start` it
-    when it is known where the frames go.  seconds: how long, by the ribbon's
-    clock, from the first frame on; None: until `stop`.  on_storage: called with
-    a sentence when the frames can no longer be written, and with None when they
-    can again; meanwhile they are kept in memory, without a bound, and every
-    second it is tried again.
+    tap: opened before the link is started, it misses nothing.  seconds: how
+    long, by the ribbon's clock, from the first frame on; None: until `stop`.
+    on_storage: called, in the recorder's thread, with a sentence when the frames
+    can no longer be written, and with None when they can again; meanwhile they
+    are kept in memory, without a bound, and every second it is tried again.
     """
 
     def __init__(
         self,
-        link: "Link",
+        tap: Tap,
+        sink: Sink,
         *,
         seconds: float | None = None,
         on_storage: Callable[[str | None], None] = lambda _: None,
     ) -> None:
-        self._link = link
-        self._tap = link.recorder()
-        self._changes: SimpleQueue[Change] = SimpleQueue()
-        link.on_change(self._changes.put)
+        self._tap = tap
+        self._sink = sink
         self._limit = _Limit(seconds)
         self._on_storage = on_storage
         self._frames = 0
         self._storage: str | None = None
         self._again = 0.0
-        self._seen = (0, 0)
-        self._next_loss = 0.0
-        self._sink: Sink | None = None
         self._stopping = threading.Event()
         self._finished = threading.Event()
         self._failure: Exception | None = None
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
 
     @property
     def progress(self) -> Progress:
         """The counts at this moment."""
-        durable = self._sink.durable if self._sink else 0  # first, so that it is never ahead
+        durable = self._sink.durable  # asked first, so that it is never ahead
         return Progress(self._frames, durable, self._storage)
 
     @property
@@ -97,66 +84,49 @@ class Recorder:
         """Whether the seconds are over, or the recorder failed (`stop` then raises why)."""
         return self._finished.is_set()
 
-    def start(self, sink: Sink) -> None:
-        """Begin to write to the sink, with what the link delivered already."""
-        self._sink = sink
-        self._thread = threading.Thread(
-            target=self._run, args=(sink,), name="georibbon-recorder", daemon=True
-        )
+    def start(self) -> None:
+        """Begin, once, with what is in the tap already."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Write what the link has delivered so far, and end; the sink stays open.
+        """Take what has been delivered so far, write it, and end; the sink stays open.
 
-        Raises what stopped the recorder before, if something did.
+        Frames that come later are not taken any more.  Raises what stopped the
+        recorder before, if something did.
         """
+        self._tap.close()
         self._stopping.set()
-        if self._thread is not None:
-            self._thread.join()
+        self._thread.join()
         if self._failure is not None:
             raise self._failure
 
-    def _run(self, sink: Sink) -> None:
+    def _run(self) -> None:
         try:
             while not self._stopping.wait(PERIOD):
-                self._pass_on(sink)
-            self._again = self._next_loss = 0.0
-            self._pass_on(sink)
+                self._pass_on()
+            self._again = 0.0
+            self._pass_on()
         except Exception as failure:  # raised again by `stop`: nobody else would hear of it
             self._failure = failure
             self._finished.set()
 
-    def _pass_on(self, sink: Sink) -> None:
+    def _pass_on(self) -> None:
         frames = self._limit.within(self._tap.take())
         self._frames += len(frames)
-        sink.append(frames)
+        self._sink.append(frames)
         if time.monotonic() >= self._again:
-            self._write(sink)
+            self._write()
         if self._limit.over:
             self._finished.set()
 
-    def _write(self, sink: Sink) -> None:
+    def _write(self) -> None:
         try:
-            self._note(sink)
-            sink.sync()
+            self._sink.sync()
         except StorageError as error:
             self._again = time.monotonic() + RETRY
             self._tell(str(error))
         else:
             self._tell(None)
-
-    def _note(self, sink: Sink) -> None:
-        """Pass on what happened to the link, and what it lost since the last time."""
-        while not self._changes.empty():
-            change = self._changes.get()
-            sink.note(_event(change.state, change.reason, self._link.health()))
-        health = self._link.health()
-        lost, damaged = health.lost - self._seen[0], health.damaged - self._seen[1]
-        if (lost or damaged) and time.monotonic() >= self._next_loss:
-            self._seen = (health.lost, health.damaged)
-            self._next_loss = time.monotonic() + LOSSES
-            reason = f"{counted(lost, 'packet')} lost and {damaged} damaged"
-            sink.note(_event(health.state, reason, health))
 
     def _tell(self, storage: str | None) -> None:
         if storage != self._storage:
@@ -191,8 +161,3 @@ class _Limit:
         if self._reached or self._seconds is None or self._first is None:
             return self._reached
         return time.monotonic() > self._first.arrived + self._seconds + _LATE
-
-
-def _event(state: object, reason: str, health: "Health") -> dict[str, object]:
-    """What a session keeps of the link at a moment."""
-    return {**asdict(health), "state": str(state), "reason": reason}

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -73,8 +73,6 @@ class _Log(Protocol):
 
     def append(self, frames: "Sequence[Frame]") -> None: ...
 
-    def note(self, event: Mapping[str, object]) -> None: ...
-
     def sync(self) -> None: ...
 
     def move_to(self, path: Path) -> None: ...
@@ -126,12 +124,12 @@ def run(arguments: argparse.Namespace) -> None:
     from georibbon.capture.recorder import Recorder
     from georibbon.device.link import Link
 
-    open_log = _opener(arguments.output)
     voice = _Voice()
     link = Link(arguments.url, rate=arguments.rate, ribbon_id=arguments.id, baudrate=arguments.baud)
+    open_log = _opener(arguments.output, link)
     link.on_change(lambda change: voice.hear(f"{change.state}: {change.reason}"))
     link.on_event(lambda event: voice.hear(f"{event.kind}: {event.message}"))
-    recorder = Recorder(link, seconds=arguments.seconds, on_storage=voice.hear_storage)
+    tap = link.recorder()
     link.start()
     try:
         try:
@@ -139,14 +137,15 @@ def run(arguments: argparse.Namespace) -> None:
         finally:
             voice.say_all()
         log = open_log(identity)
+        recorder = Recorder(tap, log, seconds=arguments.seconds, on_storage=voice.hear_storage)
         with _signals_noted() as signals:
-            recorder.start(log)
+            recorder.start()
             _Run(link, recorder, log, voice, signals).to_the_end()
     finally:
         link.stop()
 
 
-def _opener(path: Path) -> Callable[["Identity"], _Log]:
+def _opener(path: Path, link: "Link") -> Callable[["Identity"], _Log]:
     """What makes the file once the ribbon is known; a bad place is refused here, before."""
     ending = require_ending(path, (".csv", ".georibbon"), "a recording")
     if ending == ".csv":
@@ -154,11 +153,13 @@ def _opener(path: Path) -> Callable[["Identity"], _Log]:
 
         check_csv_place(path)
         return lambda identity: CsvLog(path, identity.ribbon.columns)
+    from georibbon.capture.link_diary import LinkDiary
     from georibbon.capture.session_log import SessionLog
     from georibbon.session.file import check_place
 
     check_place(path)
-    return lambda identity: SessionLog(path, identity)
+    diary = LinkDiary(link)
+    return lambda identity: SessionLog(path, identity, diary)
 
 
 class _Voice:
