@@ -99,7 +99,7 @@ def test_every_planned_pose_is_itself_and_no_other_face(number):
                 assert not lies_as(other, up)
 
 
-@given(st.floats(0, 360), st.floats(-60, 60), st.floats(0, 360), st.floats(-1e-3, 1e-3))
+@given(st.floats(0, 360), st.floats(-60, 60), st.floats(0, 360))
 def test_gravity_tells_roll_and_pitch_whatever_the_heading(roll, pitch, heading):
     r = about_z(np.radians([heading])) @ about_y(np.radians([-pitch])) @ about_x(np.radians([roll]))
     pose = PlannedPose("one", roll, 0.0, pitch, False)
