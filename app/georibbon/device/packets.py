@@ -20,6 +20,7 @@ MOST_STUFFED = MOST_DECODED + MOST_DECODED // 254 + 1
 _HEAD = struct.Struct("<BH")
 _TAIL = struct.Struct("<H")
 _LEAST = _HEAD.size + _TAIL.size
+MOST_PAYLOAD = MOST_DECODED - _LEAST
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,75 @@
+"""What the link tells: each change of its state with the reason, and what happens on the way."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from typing import Literal, TypeVar
+
+T = TypeVar("T")
+EventKind = Literal["message", "restarted", "refused", "rate"]
+
+
+class LinkState(StrEnum):
+    """How it stands with the ribbon."""
+
+    DISCONNECTED = "disconnected"
+    OPENING = "opening"
+    STREAMING = "streaming"
+    STALLED = "stalled"
+
+
+@dataclass(frozen=True)
+class Change:
+    """The link's state has changed; reason: one sentence; time: UTC, ISO 8601."""
+
+    state: LinkState
+    reason: str
+    time: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something a person should know that changes no state.
+
+    kind: "message" (of the ribbon's own), "restarted" (its clock or its numbers
+    began anew), "refused" (another ribbon, or other sensors), "rate" (not the
+    one asked for).  time: UTC, ISO 8601.
+    """
+
+    kind: EventKind
+    message: str
+    time: str
+
+
+def now() -> str:
+    """The time of day, UTC, as ISO 8601 with milliseconds."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+class Listeners:
+    """Those who want to be told of changes and of events."""
+
+    def __init__(self) -> None:
+        self.changes: list[Callable[[Change], None]] = []
+        self.events: list[Callable[[Event], None]] = []
+
+    def changed(self, state: LinkState, reason: str) -> None:
+        """Tell of a change."""
+        _tell(self.changes, Change(state, reason, now()))
+
+    def happened(self, kind: EventKind, message: str) -> None:
+        """Tell of an event."""
+        _tell(self.events, Event(kind, message, now()))
+
+
+def _tell(callbacks: list[Callable[[T], None]], told: T) -> None:
+    """Call each; a callback's own fault is reported, and never stops the reading."""
+    for callback in tuple(callbacks):
+        try:
+            callback(told)
+        except Exception as error:  # whatever it is, frames go on
+            here = threading.current_thread()
+            args = (type(error), error, error.__traceback__, here)
+            threading.excepthook(threading.ExceptHookArgs(args))
