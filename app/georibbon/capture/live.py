@@ -1,0 +1,191 @@
+"""The curve of the ribbon as it lies now, from every displayed frame's readings.
+
+The fit starts from the shape of a moment before, which takes a few steps.  Such
+a fit can be caught in a false minimum, or left behind when the ribbon is lifted
+and laid elsewhere: the cost of the readings then rises, and all starts are tried
+anew.  That takes longer, so it is done only so often.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from georibbon.arrays import FloatArray
+from georibbon.calibration.model import Calibration
+from georibbon.capture.disturbance import Disturbed, expected_without, find_disturbed
+from georibbon.errors import FitError
+from georibbon.fitting.candidates import find_candidates
+from georibbon.fitting.capture import LEAST_ACCELEROMETERS, LEAST_MAGNETOMETERS
+from georibbon.fitting.grid import differentiate_positions, integrate_frames, make_grid
+from georibbon.fitting.placing import AMBIGUOUS_WITHIN
+from georibbon.fitting.sensing import Noise, SensorArray, observe
+from georibbon.fitting.smoothing import information_density, length_of_weight, weight_of_length
+from georibbon.fitting.strip import (
+    StripProblem,
+    Strips,
+    fit_strips,
+    linearise,
+    robust_cost,
+    sensed_vectors,
+    whiten,
+)
+from georibbon.geometry.frames import Strip
+from georibbon.ribbon import Ribbon
+from georibbon.stillness import FULL_SCALE
+from georibbon.threads import one_thread
+from georibbon.world import field_direction
+
+WARM_STEPS = 6
+# The readings' cost scatters by about ten from laying to laying; a rise by more than this is
+# no scatter.
+RISEN = 40.0
+SOON, OFTEN = 20, 100  # updates from one trial of all starts to the next: where lost, where not
+SAME_SHAPE = 0.1  # shapes whose frames differ nowhere by more (about 6 degrees) are one
+SETTLED = 0.05  # as much (about 3 degrees, single frames being noisy) may frames differ from one update to the next
+
+
+@dataclass(frozen=True, eq=False)
+class LiveCurve:
+    """The ribbon's curve by the readings of a moment, at the n + 1 nodes of its grid.
+
+    strip: s from the ribbon's start, points from its start point at the origin,
+    frames; in magnetic axes (x east, y north, z up).  normal_curvature,
+    geodesic_torsion: (n + 1,) 1/m; positive curvature bends towards the normal,
+    tau' = curvature N and V' = torsion N.  covariance: (n + 1, 3, 3) m², of the
+    points relative to the start; sigma: (n + 1,) m, the root of its trace.
+    residuals: (sensors,) normalised, NaN for a sensor that says nothing.
+    misfit: rms of the normalised residuals of all axes, about 0.8 where all is
+    as assumed.  smoothing: metres.  disturbed: sensors that do not agree with
+    their neighbours.  ambiguous: another shape fits the readings as well.
+    settled: whether the curve is the same as at the update before and all
+    starts have been tried for the place where it lies.
+    """
+
+    strip: Strip
+    normal_curvature: FloatArray
+    geodesic_torsion: FloatArray
+    covariance: FloatArray
+    sigma: FloatArray
+    residuals: FloatArray
+    misfit: float
+    smoothing: float
+    disturbed: tuple[Disturbed, ...]
+    ambiguous: bool
+    settled: bool
+
+
+class LiveFit:
+    """Follows the ribbon: one pass fitted again and again, from where it was."""
+
+    def __init__(self, ribbon: Ribbon, calibration: Calibration) -> None:
+        self._ribbon = ribbon
+        self._array = SensorArray.of(ribbon, calibration)
+        self._grid = make_grid(ribbon)
+        self._vectors = sensed_vectors(self._array, field_direction(calibration.dip))
+        usual = Noise()
+        contact = float(np.hypot(usual.contact, calibration.mounting_sigma))
+        self._noise = replace(usual, contact=contact)
+        self._strips: Strips | None = None
+        self._frames: FloatArray | None = None
+        self._ambiguous = False
+        self._since = 0  # updates since all starts were tried
+        self._usual = np.inf  # the least cost of the readings since then
+
+    def update(
+        self, mean: FloatArray, sigma: FloatArray, smoothing: float | None = None
+    ) -> LiveCurve:
+        """The curve by the readings of a moment.
+
+        mean, sigma: (c,) counts, of one frame or a short average, and its
+        standard deviation; NaN where a value was lost.  smoothing: metres, the
+        least detail to be followed; None: chosen by the evidence whenever all
+        starts are tried.
+
+        Raises `FitError` where too few sensors say something.
+        """
+        with one_thread():
+            problem = self._problem(mean, sigma)
+            strips, lost = self._follow(problem, smoothing)
+            return self._told(problem, strips, lost)
+
+    def _problem(self, mean: FloatArray, sigma: FloatArray) -> StripProblem:
+        with np.errstate(invalid="ignore"):
+            spoken = np.where(np.abs(mean) < FULL_SCALE, mean, np.nan)
+        observed = observe(self._ribbon, self._array, spoken[None], sigma[None])
+        for kind, mask, least in (
+            ("accelerometers", ~self._array.field, LEAST_ACCELEROMETERS),
+            ("magnetometers", self._array.field, LEAST_MAGNETOMETERS),
+        ):
+            count = int(np.count_nonzero(observed.present[0] & mask))
+            if count < least:
+                raise FitError(
+                    f"{count} {kind} say something, at least {least} are needed to show the "
+                    "ribbon; look at its connection"
+                )
+        return StripProblem(self._grid, self._array, observed, self._vectors, self._noise)
+
+    def _follow(self, problem: StripProblem, smoothing: float | None) -> tuple[Strips, bool]:
+        """The strip from where it was, or from all starts; whether it seems to be lost."""
+        self._since += 1
+        if self._strips is None:
+            strips, lost = self._search(problem, smoothing, None), False
+        else:
+            weight = self._strips.smoothing
+            if smoothing is not None:
+                weight = weight_of_length(np.array([smoothing]), information_density(problem))
+            strips = fit_strips(problem, self._strips.shape, weight, WARM_STEPS)
+            lost = _readings_cost(strips) > self._usual + RISEN
+            if self._since >= (SOON if lost else OFTEN):
+                strips, lost = self._search(problem, smoothing, strips), False
+        self._strips = strips
+        self._usual = min(self._usual, _readings_cost(strips))
+        return strips, lost
+
+    def _search(
+        self, problem: StripProblem, smoothing: float | None, warm: Strips | None
+    ) -> Strips:
+        """The best of all minima, or that where the strip already is, if it is about as good."""
+        asked = np.array([np.nan if smoothing is None else smoothing])
+        found = find_candidates(problem, asked)[0]
+        near = found.cost <= found.cost[0] + AMBIGUOUS_WITHIN
+        self._ambiguous, self._since, self._usual = bool(near.sum() > 1), 0, np.inf
+        if warm is None:
+            return found.take([0])
+        frames = integrate_frames(self._grid, found.shape)
+        away = np.abs(frames - integrate_frames(self._grid, warm.shape)).max(axis=(1, 2, 3))
+        same = np.flatnonzero(near & (away <= SAME_SHAPE))
+        if len(same):
+            return found.take([int(same[0])])
+        return warm if warm.cost[0] < found.cost[0] else found.take([0])
+
+    def _told(self, problem: StripProblem, strips: Strips, lost: bool) -> LiveCurve:
+        white = whiten(problem, strips.shape)
+        linear = linearise(problem, strips.shape, white)
+        points, moves = differentiate_positions(self._grid, strips.shape, linear.turns)
+        spread = np.linalg.inv(strips.normal[0])
+        covariance = moves[0] @ spread @ np.swapaxes(moves[0], 1, 2)
+        frames = linear.turns.frames[0]
+        same = self._frames is not None and np.abs(frames - self._frames).max() <= SETTLED
+        self._frames = frames
+        present = problem.observations.present[0]
+        squares = linear.squares[0]
+        axes = int(self._array.axes[present].sum())
+        rates = strips.shape.rates[0] @ self._grid.at_nodes.T
+        expected = expected_without(problem, linear, strips.normal, white)
+        return LiveCurve(
+            strip=Strip(self._grid.nodes, points[0], frames),
+            normal_curvature=-rates[1],
+            geodesic_torsion=rates[0],
+            covariance=covariance,
+            sigma=np.sqrt(np.trace(covariance, axis1=1, axis2=2)),
+            residuals=np.where(present, np.sqrt(squares), np.nan),
+            misfit=float(np.sqrt(squares[present].sum() / axes)),
+            smoothing=float(length_of_weight(strips.smoothing[0], information_density(problem))),
+            disturbed=find_disturbed(self._ribbon, problem, expected),
+            ambiguous=self._ambiguous,
+            settled=same and not lost,
+        )
+
+
+def _readings_cost(strips: Strips) -> float:
+    return float(robust_cost(strips.squares).sum())
