@@ -42,7 +42,7 @@ def settled(threads, descriptors):
 
 def open_files():
     """This process's open files."""
-    return os.listdir("/proc/self/fd")
+    return list(Path("/proc/self/fd").iterdir())
 
 
 class FakeRibbon:
@@ -172,7 +172,7 @@ class TcpCable:
     def __init__(self, ribbon):
         self.ribbon = ribbon
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self.url = "socket://127.0.0.1:%d" % self._listener.getsockname()[1]
+        self.url = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
         self._connection = None
         self._thread = threading.Thread(target=self._accept, name="fake listener")
         self._thread.start()

@@ -69,10 +69,14 @@ ListPorts = Callable[[], Sequence[PortInfo]]
 def list_ports() -> tuple[PortInfo, ...]:
     """The serial ports of this computer, by name."""
     found = [
-        PortInfo(p.device, p.description or "", p.serial_number, p.vid, p.pid)
+        PortInfo(p.device, _described(p.description), p.serial_number, p.vid, p.pid)
         for p in _listing.comports()
     ]
     return tuple(sorted(found, key=lambda port: port.device))
+
+
+def _described(description: str | None) -> str:
+    return description if description and description != "n/a" else "no description"
 
 
 def check_url(url: str) -> None:
@@ -137,7 +141,7 @@ def _gone() -> Iterator[None]:
     try:
         yield
     except _FAULTS as error:
-        raise DeviceError(f"the port vanished ({_plain(error)})") from error
+        raise DeviceError(f"the port vanished: was the cable pulled? ({_plain(error)})") from error
 
 
 class SerialPort:
@@ -203,7 +207,7 @@ class SocketPort:
                 _raise_if_dead(error)
                 return b""
         if not data:
-            raise DeviceError("the port vanished (the other end closed the connection)")
+            raise DeviceError("the port vanished: the other end closed the connection")
         return data
 
     def write(self, data: bytes) -> bool:
@@ -339,4 +343,5 @@ def _plain(error: Exception) -> str:
     number = getattr(error, "errno", None)
     if isinstance(number, int) and not isinstance(error, socket.gaierror):
         return os.strerror(number)
-    return str(error).rstrip(".")[:200] or type(error).__name__
+    # pyserial puts guesses in brackets behind what it found.
+    return str(error).partition(" (")[0].rstrip(".")[:200] or type(error).__name__
