@@ -132,11 +132,7 @@ def run(arguments: argparse.Namespace) -> None:
     tap = link.recorder()
     link.start()
     try:
-        try:
-            identity = link.wait_for_identity(ANSWER)
-        finally:
-            voice.say_all()
-        log = open_log(identity)
+        log = open_log(link.wait_for_identity(ANSWER))
         recorder = Recorder(tap, log, seconds=arguments.seconds, on_storage=voice.hear_storage)
         with _signals_noted() as signals:
             recorder.start()
@@ -223,13 +219,14 @@ class _Run:
         self._link, self._recorder, self._log = link, recorder, log
         self._voice, self._signals = voice, signals
         self._next_line = time.monotonic() + 1.0
+        self._last_state: str | None = None
 
     def to_the_end(self) -> None:
         """Tell how it goes until it is over; then see that every frame is on the disk."""
         try:
             while not self._recorder.finished and not self._signals:
                 self._pause()
-            state = self._link.health().state
+            self._last_state = self._link.state  # stopping it is no news
             self._link.stop()
             self._recorder.stop()
             self._insist()
@@ -238,7 +235,7 @@ class _Run:
             with suppress(StorageError):  # told already, or by what `_take_elsewhere` says
                 self._log.close()
         self._voice.say_all()
-        self._print_line(state)
+        self._print_line()
         self._judge(moved)
 
     def _pause(self) -> None:
@@ -247,9 +244,9 @@ class _Run:
         self._voice.say_all()
         if time.monotonic() >= self._next_line:
             self._next_line += 1.0
-            self._print_line(self._link.health().state)
+            self._print_line()
 
-    def _print_line(self, state: str) -> None:
+    def _print_line(self) -> None:
         health, progress = self._link.health(), self._recorder.progress
         line = {
             "frames": progress.frames,
@@ -258,7 +255,7 @@ class _Run:
             "damaged": health.damaged,
             "stalls": health.stalls,
             "reconnects": health.reconnects,
-            "state": str(state),
+            "state": str(self._last_state or health.state),
             "path": str(self._log.path),
         }
         self._voice.print(json.dumps(line, ensure_ascii=False), sys.stdout)
