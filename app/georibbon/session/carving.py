@@ -17,12 +17,11 @@ from operator import itemgetter
 from pathlib import Path
 
 from georibbon.errors import SessionError
-from georibbon.session.chunks import Chunk, DamagedError
+from georibbon.session.chunks import Chunk, DamagedError, chunk_of
 from georibbon.session.events import Event, event_of
 from georibbon.session.pages import (
     Pages,
     Place,
-    Value,
     body_length,
     decode,
     length_of,
@@ -223,26 +222,10 @@ def _event(record: bytes, page: bytes, offset: int) -> Event | None:
 
 def _chunk(record: bytes) -> Chunk | None:
     """The chunk in a record."""
-    values = decode(record)
-    if values is None or len(values) != 7:
+    try:
+        chunk = chunk_of(decode(record) or ())
+    except DamagedError:
         return None
-    *fields, digest = values
-    chunk = _shaped(fields)
-    return chunk if chunk is not None and chunk.digest == digest else None
-
-
-def _shaped(fields: list[Value]) -> Chunk | None:
-    part, place, frames, width, t, counts = fields
-    if not (
-        isinstance(part, int)
-        and isinstance(place, int)
-        and isinstance(frames, int)
-        and isinstance(width, int)
-        and isinstance(t, bytes)
-        and isinstance(counts, bytes)
-    ):
-        return None
-    fits = frames > 0 and place >= 0 and width in (2, 4) and len(t) == 8 * frames
-    if not fits or len(counts) % (frames * width):
-        return None
-    return Chunk(part, place, frames, width, t, counts)
+    fits = chunk.frames > 0 and chunk.place >= 0 and chunk.width in (2, 4)
+    fits = fits and len(chunk.t) == 8 * chunk.frames
+    return chunk if fits and len(chunk.counts) % (chunk.frames * chunk.width) == 0 else None

@@ -1,0 +1,200 @@
+"""Whether a session file is in order; if not, what can be saved of it into a new one."""
+
+import contextlib
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from georibbon.errors import RecordingError, SessionError
+from georibbon.session.carving import Carving, carved
+from georibbon.session.chunks import Chunk, DamagedError, joined
+from georibbon.session.counts import check_readings
+from georibbon.session.database import fill, read_chunks
+from georibbon.session.file import check_place
+from georibbon.session.files import built_file
+from georibbon.session.lock import holder
+from georibbon.session.reading import Contents, contents, frames_of, reading
+from georibbon.session.restoring import Restoration, restore
+from georibbon.session.schema import APPLICATION_ID, VERSION
+from georibbon.session.state import SessionState
+from georibbon.session.words import counted
+
+Verdict = Literal["fine", "not closed", "damaged", "salvaged"]
+_FAR_VERSION = 100  # no version so far ahead is to be expected: the header is damaged
+
+
+@dataclass(frozen=True)
+class Checkup:
+    """What was found of a session file.
+
+    path: the file that the numbers are of; message: a sentence for the person;
+    frames: of poses, passes and streams; lost: what cannot be read, or could
+    not be saved, a sentence each.
+    """
+
+    path: Path
+    verdict: Verdict
+    message: str
+    frames: int
+    poses: int
+    passes: int
+    notes: int
+    events: int
+    lost: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is lost."""
+        return self.verdict in ("fine", "not closed")
+
+
+def check_session(path: Path) -> Checkup:
+    """Read all of a session file, and change nothing.
+
+    The checkup of a damaged file counts what can be saved.  Raises SessionError
+    for what is no session, of a newer version or open in another program, and
+    where nothing can be saved.
+    """
+    _refuse_open(path)
+    try:
+        found = _read_wholly(path)
+    except SessionError as error:
+        _refuse_what_is_not_damaged(path, error)
+        with _restored(path, error) as made:
+            frames = sum(chunk.frames for chunk in made.chunks())
+            told = (f"{path.name}: the session file is damaged", frames)
+            return _checkup(path, "damaged", *told, made.state, made.lost)
+    frames = sum(found.sizes.values())
+    if found.left:
+        message = (
+            f"{path.name}: the session was not closed, as after a crash; it is in order, and "
+            "opening it puts it right"
+        )
+        return _checkup(path, "not closed", message, frames, found.state)
+    return _checkup(path, "fine", f"{path.name}: the session is in order", frames, found.state)
+
+
+def salvage(path: Path, target: Path) -> Checkup:
+    """Save what can be read of a session file into a new one; the old one stays as it is.
+
+    Raises SessionError where the target is there already or cannot be written,
+    where the session is open in another program, and where nothing can be saved.
+    """
+    _refuse_open(path)
+    check_place(target)
+    nothing = SessionError(f"{path.name}: this is no Georibbon session; give a .georibbon file")
+    with _restored(path, nothing) as made:
+        try:
+            _write(target, made)
+        except (sqlite3.Error, DamagedError) as error:
+            raise SessionError(f"{target}: it cannot be written ({error})") from error
+    found = _read_wholly(target)
+    message = f"{target.name}: all that can be read of {path.name}"
+    frames = sum(found.sizes.values())
+    return _checkup(target, "salvaged", message, frames, found.state, made.lost)
+
+
+def _write(target: Path, made: Restoration) -> None:
+    with (
+        built_file(target, SessionError) as built,
+        closing(sqlite3.connect(built, isolation_level=None)) as database,
+    ):
+        fill(database, made.events, made.chunks())
+
+
+def _checkup(
+    path: Path,
+    verdict: Verdict,
+    message: str,
+    frames: int,
+    state: SessionState,
+    lost: list[str] | None = None,
+) -> Checkup:
+    numbers = (len(state.poses), len(state.passes), len(state.notes), len(state.history))
+    return Checkup(path, verdict, message, frames, *numbers, tuple(lost or ()))
+
+
+def _refuse_open(path: Path) -> None:
+    """SessionError where a program is writing to the session: it is not what it will be."""
+    owner = holder(path)
+    if owner is not None:
+        raise SessionError(
+            f"{path.name}: {owner} has the session open; close it there, then check it"
+        )
+
+
+def _refuse_what_is_not_damaged(path: Path, error: SessionError) -> None:
+    """Raise the error again where another remedy than saving is asked for."""
+    if "locked" in str(error.__cause__) or "busy" in str(error.__cause__):
+        raise error
+    try:
+        with path.open("rb") as file:
+            head = file.read(100)
+    except (OSError, ValueError):
+        raise error from None
+    version = int.from_bytes(head[60:64])
+    if head[68:72] == APPLICATION_ID.to_bytes(4) and VERSION < version < _FAR_VERSION:
+        raise error
+
+
+@contextlib.contextmanager
+def _restored(path: Path, error: SessionError) -> Iterator[Restoration]:
+    """What can be saved of a session; raises `error` where it never was one."""
+    with carved(path) as carving:
+        if not carving.events and not carving.pieces:
+            raise error
+        yield restore(carving, path.name)
+
+
+def _read_wholly(path: Path) -> Contents:
+    """The contents of a session, every frame and the log read; SessionError where damaged."""
+    with reading(path) as database:
+        found = contents(database, path)
+        ends = {part: _check_part(database, part, found.state) for part in found.sizes}
+        if Path(f"{path.resolve()}-wal").is_file():
+            with carved(path) as carving:
+                _check_log(carving, found, ends)
+    return found
+
+
+def _check_part(database: sqlite3.Connection, part: int, state: SessionState) -> float:
+    """Check the frames of a part; returns the time of the last.  Raises DamagedError."""
+    columns = () if state.ribbon is None else state.ribbon.columns
+    if any(part == stream.part for stream in state.streams):
+        return _check_stream(read_chunks(database, part), len(columns))
+    readings = frames_of(read_chunks(database, part), state)
+    try:
+        check_readings(readings, columns, f"part {part}")
+    except RecordingError as error:
+        raise DamagedError(str(error)) from error
+    return float(readings.t[-1])
+
+
+def _check_stream(chunks: Iterator[Chunk], columns: int) -> float:
+    """Check a stream piece by piece: it may be long.  Returns the time of the last frame."""
+    end = -np.inf
+    for i, chunk in enumerate(chunks):
+        t = joined([replace(chunk, place=chunk.place - i)], columns).t
+        if not np.all(np.diff(t, prepend=end) > 0.0):
+            raise DamagedError(f"the times of frames in part {chunk.part} do not grow")
+        end = float(t[-1])
+    return end
+
+
+def _check_log(carving: Carving, found: Contents, ends: dict[int, float]) -> None:
+    """DamagedError where the log holds what its reader gives up, as behind a damaged page."""
+    read = {event.row for event in found.events}
+    beyond = [event.id for event in carving.events if event.row not in read]
+    frames = sum(
+        float(np.frombuffer(carving.chunk(piece).t, "<f8")[-1]) > ends.get(piece.part, -np.inf)
+        for piece in carving.pieces
+        if piece.start.frame is not None
+    )
+    if beyond or frames:
+        number = f"{counted(len(beyond), 'event')} and {counted(frames, 'piece')} of frames"
+        raise DamagedError(f"opening it would leave out {number} in the log beside it")
