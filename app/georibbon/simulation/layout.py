@@ -147,7 +147,8 @@ class Curve:
 def crossing(a: Strip, b: Strip, tolerance: float = 1e-6) -> tuple[float, float] | None:
     """The distances along two strips of one surface at which they meet, or None.
 
-    tolerance: metres by which they may miss each other.  From the nearest pair of samples, by Gauss-Newton on the difference.
+    tolerance: metres by which they may miss each other.  From the nearest pair
+    of samples, by Gauss-Newton on the difference.
     """
     gaps = np.linalg.norm(a.points[:, None] - b.points[None], axis=2)
     i, j = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
