@@ -31,6 +31,7 @@ COMMANDS = {
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
     "import": ("sessions", "put a recording folder into a session file"),
     "export": ("sessions", "write a session's raw data as a recording folder"),
+    "check": ("check", "verify a session; save what can be read of a damaged one"),
     "licences": ("licence_list", "list the licences of all that is shipped"),
 }
 

@@ -69,18 +69,19 @@ class Carving:
     events: by their ids; conflicts: the ids for which there were two different
     events, of which the newer is taken; pieces: in the order of part and place,
     those that were deleted too; whole: whether all of the file was gone
-    through, not given up as leading in circles.
+    through, not given up as leading in circles; views: the pages by the sizes
+    that they may have, the likeliest first.
     """
 
     events: tuple[Event, ...]
     conflicts: tuple[int, ...]
     pieces: tuple[Piece, ...]
     whole: bool
-    _views: dict[int, Pages]
+    views: dict[int, Pages]
 
     def chunk(self, piece: Piece) -> Chunk:
         """The frames of a piece, read once more.  Raises DamagedError where they are gone."""
-        pages = self._views[piece.size]
+        pages = self.views[piece.size]
         record = pages.payload(piece.start, piece.length, piece.newest)
         chunk = None if record is None else _chunk(record)
         if chunk is None or chunk.digest != piece.digest:

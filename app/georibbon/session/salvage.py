@@ -18,11 +18,11 @@ from georibbon.session.database import fill, read_chunks
 from georibbon.session.file import check_place
 from georibbon.session.files import built_file
 from georibbon.session.lock import holder
-from georibbon.session.reading import Contents, contents, frames_of, reading
-from georibbon.session.restoring import Restoration, restore
+from georibbon.session.reading import Contents, check_file, contents, frames_of, reading
+from georibbon.session.restoration import Restoration, restore
 from georibbon.session.schema import APPLICATION_ID, VERSION
 from georibbon.session.state import SessionState
-from georibbon.session.words import counted
+from georibbon.session.words import counted, told
 
 Verdict = Literal["fine", "not closed", "damaged", "salvaged"]
 _FAR_VERSION = 100  # no version so far ahead is to be expected: the header is damaged
@@ -65,12 +65,12 @@ def check_session(path: Path) -> Checkup:
         found = _read_wholly(path)
     except SessionError as error:
         _refuse_what_is_not_damaged(path, error)
-        with _restored(path, error) as made:
+        with _restored(path, error if error.__cause__ is None else None) as made:
             frames = sum(chunk.frames for chunk in made.chunks())
-            told = (f"{path.name}: the session file is damaged", frames)
-            return _checkup(path, "damaged", *told, made.state, made.lost)
+            message = f"{path.name}: the session file is damaged ({_reason(error)})"
+            return _checkup(path, "damaged", message, frames, made.state, made.lost)
     frames = sum(found.sizes.values())
-    if found.left:
+    if not found.closed:
         message = (
             f"{path.name}: the session was not closed, as after a crash; it is in order, and "
             "opening it puts it right"
@@ -87,8 +87,12 @@ def salvage(path: Path, target: Path) -> Checkup:
     """
     _refuse_open(path)
     check_place(target)
-    nothing = SessionError(f"{path.name}: this is no Georibbon session; give a .georibbon file")
-    with _restored(path, nothing) as made:
+    try:
+        check_file(path)
+        foreign = None
+    except SessionError as error:
+        foreign = error
+    with _restored(path, foreign) as made:
         try:
             _write(target, made)
         except (sqlite3.Error, DamagedError) as error:
@@ -142,12 +146,21 @@ def _refuse_what_is_not_damaged(path: Path, error: SessionError) -> None:
         raise error
 
 
+def _reason(error: SessionError) -> str:
+    """What is damaged, short."""
+    cause = error.__cause__
+    return told(str(error).partition(": ")[2] if cause is None else str(cause)).strip('"')
+
+
 @contextlib.contextmanager
-def _restored(path: Path, error: SessionError) -> Iterator[Restoration]:
-    """What can be saved of a session; raises `error` where it never was one."""
+def _restored(path: Path, foreign: SessionError | None) -> Iterator[Restoration]:
+    """What can be saved of a session.
+
+    foreign: what to raise where nothing of one is found, if it may never have been one.
+    """
     with carved(path) as carving:
-        if not carving.events and not carving.pieces:
-            raise error
+        if foreign is not None and not carving.events and not carving.pieces:
+            raise foreign
         yield restore(carving, path.name)
 
 
