@@ -160,6 +160,11 @@ class LearnedNoise:
     seldom twice.  The noise is the least median of eight successive blocks, so
     it never grows by motion; a thousandth a block is all that it forgets, for
     sensors whose noise does grow.  A block of equal counts tells nothing.
+
+    sigma: (c,) of one value.  slow: (c,) that of white noise whose means were as
+    uncertain: sigma sqrt((2 - q) / q) with q the squares' ratio of differences
+    and spread, which is right where each value remembers the one before (an
+    autoregression of the first order, 1 - q its memory).
     """
 
     REMEMBERED = 8
@@ -169,9 +174,9 @@ class LearnedNoise:
     def __init__(self, size: int, least: FloatArray, most: FloatArray) -> None:
         self._size = size
         self._least, self._most = np.maximum(least, ROUNDING), np.maximum(most, ROUNDING)
-        self._blocks = np.full((self.REMEMBERED, len(least)), np.nan)
-        self._noise = np.full(len(least), np.inf)
-        self.sigma = self._most.copy()
+        self._blocks = np.full((self.REMEMBERED, 2, len(least)), np.nan)
+        self._noise = np.full((2, len(least)), np.inf)
+        self.sigma = self.slow = self._most.copy()
         self._begin()
 
     def interrupt(self) -> None:
@@ -207,15 +212,17 @@ class LearnedNoise:
         spread = spread_of(self._sums[0], self._squares[0], self._sizes[0])
         steps = np.sqrt(self._squares[1] / np.maximum(2 * self._sizes[1], 1))
         told = (self._sizes >= self._size // 3).all(axis=0) & (spread > 0.0)
-        block = np.where(told, np.minimum(spread, self.MOST_RATIO * steps), np.nan)
-        self._blocks = np.concatenate([self._blocks[1:], block[None]])
-        median = _medians(self._blocks)
-        self._noise = np.fmin(self._noise * self.FORGETTING, median)
-        self.sigma = np.clip(self._noise, self._least, self._most)
+        spread = np.where(told, np.minimum(spread, self.MOST_RATIO * steps), np.nan)
+        share = np.minimum(steps / np.where(told, spread, 1.0), 1.0) ** 2
+        slow = spread * np.sqrt((2.0 - share) / np.where(told, share, 1.0))
+        self._blocks = np.concatenate([self._blocks[1:], np.stack([spread, slow])[None]])
+        self._noise = np.fmin(self._noise * self.FORGETTING, _medians(self._blocks))
+        self.sigma = np.clip(self._noise[0], self._least, self._most)
+        self.slow = np.clip(self._noise[1], self.sigma, self.MOST_RATIO**2 * self._most)
 
 
 def _medians(values: FloatArray) -> FloatArray:
-    """(c,) the lower medians of columns (m, c), NaN left out; NaN where there is nothing else."""
+    """The lower medians of (m, ...) over the first axis, NaN left out; NaN for nothing else."""
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.isfinite(values).sum(axis=0)
     middle = np.maximum(count - 1, 0) // 2

@@ -170,7 +170,7 @@ class StillnessMonitor:
             drift, frames = self._rolling.halves(), self._size // 2
         else:
             drift, frames = mean - self._run.anchor, self._size
-        own = DRIFT_SIGMAS * np.sqrt(2.0 / frames) * noise
+        own = DRIFT_SIGMAS * np.sqrt(2.0 / frames) * self._noise.slow
         limit = np.maximum(self._most_drift * self._scale, own)
         return _Figures(
             mean=mean,
