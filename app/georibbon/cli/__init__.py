@@ -24,6 +24,7 @@ from georibbon.errors import GeoribbonError
 COMMANDS = {
     "demo": ("demonstration", "capture a virtual car bonnet, reconstruct it, print the error"),
     "simulate": ("simulation", "make a recording of a virtual ribbon, with its truth"),
+    "virtual": ("virtual", "be a ribbon on a virtual surface, on a port of this machine"),
     "ports": ("ports", "list the serial ports on which a ribbon may hang"),
     "record": ("record", "record what a ribbon says into a CSV file or a session"),
     "info": ("sessions", "tell what a recording or session holds"),

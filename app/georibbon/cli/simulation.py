@@ -68,7 +68,8 @@ def _survey(text: str) -> tuple[str, ...]:
     return () if text == "none" else tuple(text.split(","))
 
 
-def _parameter(text: str) -> tuple[str, float]:
+def parameter(text: str) -> tuple[str, float]:
+    """NAME=NUMBER."""
     name, value = pair(text, "NAME=NUMBER, such as radius=0.3,")
     return name, number(value)
 
@@ -175,19 +176,14 @@ def configure(_name: str, parser: Parser) -> None:
     from georibbon.simulation.settings import SimulationSettings
     from georibbon.simulation.surfaces import SURFACES
 
-    surfaces = "\n".join(
-        f"  {name:10} {kind.description}"
-        + "".join(f", {key} {value:g}" for key, value in kind.parameters.items())
-        for name, kind in SURFACES.items()
-    )
-    parser.teach((DESCRIPTION + surfaces).replace("%", "%%"), EPILOG)
+    parser.teach(DESCRIPTION + surfaces_told(), EPILOG)
     parser.add_argument("surface", metavar="SURFACE", help=f"one of {', '.join(SURFACES)}")
     parser.add_argument(
         "-o", "--output", metavar="DIR", type=Path, required=True,
         help="the recording folder to make, new or empty; DIR.truth.json comes beside it",
     )  # fmt: skip
     parser.add_argument(
-        "--parameter", metavar="NAME=NUMBER", type=_parameter, action="append", default=[],
+        "--parameter", metavar="NAME=NUMBER", type=parameter, action="append", default=[],
         help="one of the surface's parameters; may be repeated",
     )  # fmt: skip
     parser.add_argument(
@@ -196,11 +192,23 @@ def configure(_name: str, parser: Parser) -> None:
     for title, options in GROUPS.items():
         group = parser.add_argument_group(title)
         for option in options:
-            _add(group, option, default_of(SimulationSettings(), option.setting))
+            add_option(group, option, default_of(SimulationSettings(), option.setting))
     parser.set_defaults(run=run)
 
 
-def _add(group: Any, option: Option, default: object) -> None:
+def surfaces_told() -> str:
+    """The surfaces with their parameters, a line each, for a help text."""
+    from georibbon.simulation.surfaces import SURFACES
+
+    return "\n".join(
+        f"  {name:10} {kind.description}"
+        + "".join(f", {key} {value:g}" for key, value in kind.parameters.items())
+        for name, kind in SURFACES.items()
+    ).replace("%", "%%")
+
+
+def add_option(group: Any, option: Option, default: object) -> None:
+    """Add one option to a group of a parser."""
     told = "" if default in (None, (), "") else f" (default {_told(default)})"
     group.add_argument(
         option.flag,

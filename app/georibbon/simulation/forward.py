@@ -30,14 +30,17 @@ def expected_counts(
     the unit field in the world.  disturbance: (..., n, 3) what a magnet adds to
     the field at each sensor, in the world, in units of the field; None: nothing.
     """
-    extra = np.zeros((len(models), 3)) if disturbance is None else disturbance
-    parts = []
-    for k, (sensor, model) in enumerate(zip(ribbon.sensors, models, strict=True)):
-        seen = UP if sensor.kind == "accelerometer" else field + extra[..., k, :]
-        # Row vectors: (R^T seen)^T = seen^T R.
-        along = (seen[..., None, :] @ frames[..., k, :, :])[..., 0, :]
-        parts.append(along @ model.gain.T + model.bias)
-    return np.concatenate(parts, axis=-1)
+    gains, biases = np.zeros((len(models), 3, 3)), np.zeros((len(models), 3))
+    has = np.zeros((len(models), 3), dtype=bool)
+    for k, model in enumerate(models):
+        axes = len(model.bias)
+        gains[k, :axes], biases[k, :axes], has[k, :axes] = model.gain, model.bias, True
+    fields = field if disturbance is None else field + disturbance
+    tells_up = np.array([sensor.kind == "accelerometer" for sensor in ribbon.sensors])
+    seen = np.where(tells_up[:, None], UP, fields)
+    own = np.einsum("...nji,...nj->...ni", frames, np.broadcast_to(seen, frames.shape[:-1]))
+    counts = np.einsum("nij,...nj->...ni", gains, own) + biases
+    return np.asarray(counts[..., has])
 
 
 def sample_counts(

@@ -7,6 +7,7 @@ sway: slow swings and a tremor of 6 to 10 Hz, which dies away on arrival.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -40,11 +41,11 @@ class Sway:
     size: FloatArray
     lean: FloatArray
 
-    def turns(self, times: FloatArray, along: FloatArray) -> FloatArray:
-        """(m, n, 3, 3) rotations at times (m,), seconds, of places along (n,), -1 to 1."""
+    def vectors(self, times: FloatArray, along: FloatArray) -> FloatArray:
+        """(m, n, 3) rotation vectors at times (m,), seconds, of places along (n,), -1 to 1."""
         angle = 2 * np.pi * times[:, None, None] * self.frequency[:, None] + self.phase
         size = self.size + along[:, None, None] * self.lean
-        return exp(np.einsum("mka,nka->mna", np.sin(angle), size))
+        return np.asarray(np.einsum("mka,nka->mna", np.sin(angle), size))
 
 
 STEADY = Sway(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
@@ -88,20 +89,25 @@ class Motion:
             return inf
         return self.start + (self.seconds + SETTLING if self.seconds > 0 else 0.0)
 
+    @cached_property
+    def _turn(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation vectors: of the whole (3,), in the world; of each sensor (n, 3), in its own."""
+        middle = len(self.begin) // 2
+        bulk = self.target[middle] @ self.begin[middle].T
+        return log(bulk), log(np.swapaxes(bulk @ self.begin, 1, 2) @ self.target)
+
     def frames(self, times: FloatArray) -> FloatArray:
         """(m, n, 3, 3) the sensors' frames at times (m,)."""
         past = np.maximum(times - self.start, 0.0)
         u = least_jerk(past / self.seconds) if self.seconds > 0 else np.ones(len(times))
-        middle = len(self.begin) // 2
-        bulk = self.target[middle] @ self.begin[middle].T
-        bend = log(np.swapaxes(bulk @ self.begin, 1, 2) @ self.target)
-        turned = exp(u[:, None] * log(bulk))[:, None] @ self.begin
+        bulk, bend = self._turn
+        turned = exp(u[:, None] * bulk)[:, None] @ self.begin
         frames = turned @ exp(u[:, None, None] * bend)
         along = np.linspace(-1.0, 1.0, len(self.begin))
         calm = 1.0 if self.lifted else 1.0 - least_jerk((past - self.seconds) / SETTLING)
         share = least_jerk(past / RISING) * calm
-        turns = self.sway.turns(times, along)
-        return np.asarray(exp(share[:, None, None] * log(turns)) @ frames)
+        sway = share[:, None, None] * self.sway.vectors(times, along)
+        return np.asarray(exp(sway) @ frames)
 
 
 def least_jerk(u: FloatArray) -> FloatArray:
