@@ -1,7 +1,7 @@
 """Frames as the blobs of a session file, with a digest each."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,9 +41,12 @@ class Chunk:
         return (*fields, self.digest)
 
 
-def pack(readings: Readings, part: int) -> Iterator[Chunk]:
-    """The chunks of readings that `check_readings` accepts, as narrow as their values allow."""
-    for place, start in enumerate(range(0, readings.t.size, FRAMES)):
+def pack(readings: Readings, part: int, first: int = 0) -> Iterator[Chunk]:
+    """The chunks of readings that `check_readings` accepts, as narrow as their values allow.
+
+    first: the place of the first chunk.
+    """
+    for place, start in enumerate(range(0, readings.t.size, FRAMES), start=first):
         block = slice(start, start + FRAMES)
         counts = readings.counts[block]
         lost = np.isnan(counts)
@@ -53,16 +56,28 @@ def pack(readings: Readings, part: int) -> Iterator[Chunk]:
         yield Chunk(part, place, t.size, width, t.tobytes(), whole.tobytes())
 
 
-def unpack(rows: Sequence[tuple[object, ...]], columns: int) -> Readings:
+def unpack(rows: Iterable[Sequence[object]], columns: int) -> Readings:
     """The readings in one part's rows (part, place, frames, width, t, counts, digest).
 
     columns: the number of axes.  Raises DamagedError.
     """
+    return joined([chunk_of(row) for row in rows], columns)
+
+
+def chunk_of(row: Sequence[object]) -> Chunk:
+    """The chunk in a row; DamagedError where the row is not as it was written."""
+    if len(row) != 7:
+        raise DamagedError("a chunk of frames has not the values that it should have")
+    chunk = _chunk(row[:-1])
+    if chunk.digest != row[-1]:
+        raise DamagedError(f"frames of part {chunk.part} do not match their digest")
+    return chunk
+
+
+def joined(chunks: Sequence[Chunk], columns: int) -> Readings:
+    """The readings in all chunks of one part; DamagedError where they make no sense."""
     times, counts = [], []
-    for i, (*values, digest) in enumerate(rows):
-        chunk = _chunk(values)
-        if chunk.digest != digest:
-            raise DamagedError(f"frames of part {chunk.part} do not match their digest")
+    for i, chunk in enumerate(chunks):
         if chunk.width not in _CODES or chunk.place != i or chunk.frames < 1:
             raise DamagedError(f"a chunk of part {chunk.part} is out of order")
         lengths = (chunk.frames * _TIME.itemsize, chunk.frames * columns * chunk.width)

@@ -43,6 +43,7 @@ ACTIONS = UNDOABLE | frozenset(
     ("created", "ribbon", "undo", "redo", "stream", "link", "opened", "closed", "recovered",
      "moved")
 )  # fmt: skip
+EVERY_PASS = "*"  # stands for all passes in a setting
 MAX_DETAIL = 32 * 2**20
 MAX_EVENTS = 1_000_000
 _LONGEST_TIME = 40

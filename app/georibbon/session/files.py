@@ -64,6 +64,20 @@ def built_file(path: Path, error: type[GeoribbonError]) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def sync_folder(path: Path) -> None:
+    """See that the name of a file just made survives a failure of the power, where that can be."""
+    try:
+        descriptor = os.open(path.resolve().parent, os.O_RDONLY)
+    except OSError:
+        return  # Windows opens no folders, and sees to names itself
+    try:
+        os.fsync(descriptor)
+    except OSError:
+        return  # a file system without it
+    finally:
+        os.close(descriptor)
+
+
 @contextmanager
 def built_folder(path: Path, error: type[GeoribbonError]) -> Iterator[Path]:
     """A folder beside `path` to fill; it becomes `path` if nothing failed.

@@ -21,7 +21,7 @@ from georibbon.recording import (
     Workpiece,
 )
 from georibbon.ribbon import Readings, Ribbon, Sensor, SensorKind
-from georibbon.session.fields import Source, Table
+from georibbon.session.fields import MAX_NAME, Source, Table
 from georibbon.session.words import nearest, told
 
 MAX_FILES = 10_000
@@ -130,12 +130,12 @@ def read_outline(data: Mapping[str, object], source: Source) -> Outline:
     return Outline(ribbon, poses, passes, marks, distances, crossings, workpiece, title)
 
 
-def read_survey(top: Table, ribbon: Ribbon, passes: Iterable[str]) -> Survey:
+def read_survey(top: Table, ribbon: Ribbon, passes: Iterable[str] | None) -> Survey:
     """The survey in the tables `mark`, `distance` and `crossing` of a table.
 
-    passes: the names that it may speak of.  Raises the source's error.
+    passes: the names that it may speak of, None for any.  Raises the source's error.
     """
-    survey = _Survey(ribbon, dict.fromkeys(passes))
+    survey = _Survey(ribbon, None if passes is None else dict.fromkeys(passes))
     marks = tuple(survey.mark(t) for t in _tables(top, "mark", _MARK, MAX_SURVEY))
     distances = tuple(survey.distance(t) for t in _tables(top, "distance", _DISTANCE, MAX_SURVEY))
     crossings = tuple(survey.crossing(t) for t in _tables(top, "crossing", _CROSSING, MAX_SURVEY))
@@ -144,15 +144,8 @@ def read_survey(top: Table, ribbon: Ribbon, passes: Iterable[str]) -> Survey:
 
 def tables_of(recording: Recording, files: Sequence[str]) -> dict[str, object]:
     """The tables that `read_outline` reads back, `files` for the poses and then the passes."""
-    ribbon = recording.ribbon
-    sensors = [{key: getattr(s, key) for key in _SENSOR} for s in ribbon.sensors]
     tables: dict[str, object] = {} if recording.title is None else {"title": recording.title}
-    tables["ribbon"] = {
-        "id": ribbon.id,
-        "length": ribbon.length,
-        "rate": ribbon.rate,
-        "sensor": sensors,
-    }
+    tables["ribbon"] = ribbon_table(recording.ribbon)
     piece = recording.workpiece
     if piece is not None:
         heading = {} if piece.heading is None else {"heading": piece.heading}
@@ -166,22 +159,30 @@ def tables_of(recording: Recording, files: Sequence[str]) -> dict[str, object]:
         {"name": run.name, "kind": run.kind, "file": file}
         for run, file in zip(recording.passes, files[ahead:], strict=True)
     ]
-    return tables | _survey_tables(recording)
+    return tables | survey_tables(recording.marks, recording.distances, recording.crossings)
 
 
-def _survey_tables(recording: Recording) -> dict[str, object]:
+def ribbon_table(ribbon: Ribbon) -> dict[str, object]:
+    """The table `ribbon` that `read_ribbon` reads back."""
+    sensors = [{key: getattr(s, key) for key in _SENSOR} for s in ribbon.sensors]
+    return {"id": ribbon.id, "length": ribbon.length, "rate": ribbon.rate, "sensor": sensors}
+
+
+def survey_tables(
+    marks: Iterable[Mark], distances: Iterable[Distance], crossings: Iterable[Crossing]
+) -> dict[str, list[dict[str, object]]]:
+    """The tables `mark`, `distance` and `crossing` that `read_survey` reads back."""
     return {
         "mark": [
             {"pass": m.pass_name, "at": m.at, "position": list(m.position), "sigma": m.sigma}
-            for m in recording.marks
+            for m in marks
         ],
         "distance": [
             {"passes": list(d.passes), "at": list(d.at), "distance": d.distance, "sigma": d.sigma}
-            for d in recording.distances
+            for d in distances
         ],
         "crossing": [
-            {"passes": list(c.passes), "at": list(c.at), "sigma": c.sigma}
-            for c in recording.crossings
+            {"passes": list(c.passes), "at": list(c.at), "sigma": c.sigma} for c in crossings
         ],
     }
 
@@ -260,6 +261,11 @@ def read_workpiece(top: Table) -> Workpiece | None:
 
 
 def _pose(table: Table) -> PoseEntry:
+    return read_pose(table, _file(table))
+
+
+def read_pose(table: Table, file: str) -> PoseEntry:
+    """The pose in a table, whose frames are in `file`; raises the source's error."""
     pitch, on_table = table.number("pitch", "degrees"), table.flag("table", "true or false")
     if on_table and abs(pitch) > MOST_TABLE_PITCH:
         table.refuse(
@@ -273,7 +279,7 @@ def _pose(table: Table) -> PoseEntry:
         table.number("heading", "degrees"),
         pitch,
         on_table,
-        _file(table),
+        file,
     )
 
 
@@ -283,17 +289,27 @@ def _passes(top: Table) -> tuple[PassEntry, ...]:
     for i, first in _repeated([p.name for p in passes]):
         message = f"the name is that of pass number {first + 1} too; every pass needs its own"
         tables[i].refuse("name", message)
-    count = sum(entry.kind == "pass" for entry in passes)
-    if count < MIN_PASSES:
-        few = f'{count or "no"} pass{"" if count == 1 else "es"} of kind "pass"'
-        top.refuse(None, f"{few}; at least {MIN_PASSES} are needed to span a surface")
+    check_count(passes, top.source)
     return passes
 
 
+def check_count(passes: Sequence[PassEntry], source: Source) -> None:
+    """Refuse, with the source's error, fewer passes than span a surface."""
+    count = sum(entry.kind == "pass" for entry in passes)
+    if count < MIN_PASSES:
+        few = f'{count or "no"} pass{"" if count == 1 else "es"} of kind "pass"'
+        source.refuse(f"{few}; at least {MIN_PASSES} are needed to span a surface")
+
+
 def _pass(table: Table) -> PassEntry:
+    return read_pass(table, _file(table))
+
+
+def read_pass(table: Table, file: str) -> PassEntry:
+    """The pass or tie in a table, whose frames are in `file`; raises the source's error."""
     name = table.text("name", "the pass's name")
     kind = cast(PassKind, table.choice("kind", ("pass", "tie")))
-    return PassEntry(name, kind, _file(table))
+    return PassEntry(name, kind, file)
 
 
 def _repeated(names: Sequence[str]) -> list[tuple[int, int]]:
@@ -307,7 +323,7 @@ class _Survey:
     """The survey's tables, which name points of passes."""
 
     ribbon: Ribbon
-    passes: dict[str, None]
+    passes: dict[str, None] | None
 
     def mark(self, table: Table) -> Mark:
         name = table.text("pass", "the name of a pass")
@@ -333,12 +349,14 @@ class _Survey:
         first, second = table.names("passes", 2, "the names of two passes")
         for name in (first, second):
             self._present(table, "passes", name)
+            if not name.strip() or not name.isprintable() or len(name) > MAX_NAME:
+                table.refuse("passes", f"passes holds {told(name)}; a pass's name is expected")
         at = table.numbers("at", 2, "two numbers of metres along the ribbon")
         a, b = (_along(table, "at", value, self.ribbon.length) for value in at)
         return (first, second), (a, b)
 
     def _present(self, table: Table, key: str, name: str) -> None:
-        if name not in self.passes:
+        if self.passes is not None and name not in self.passes:
             hint = nearest(name, self.passes) or "; the passes are " + ", ".join(
                 map(told, list(self.passes)[:MAX_TOLD])
             )

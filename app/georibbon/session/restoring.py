@@ -1,302 +1,124 @@
-"""What can be restored of a damaged session: its journal as far as it goes, and its frames.
+"""Recordings out of sessions, and sessions out of recordings."""
 
-The journal keeps its ids, so that undoing still means what it meant: where an
-event is lost, another that changes nothing stands in its place.  A pose or a
-pass is kept only if every one of its frames is there.
-"""
-
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 
 from georibbon import __version__
-from georibbon.errors import SessionError
-from georibbon.ribbon import Ribbon
-from georibbon.session.actions import in_words
-from georibbon.session.carving import Carving, Piece
-from georibbon.session.chunks import Chunk, DamagedError
-from georibbon.session.events import MAX_EVENTS, Event, now
-from georibbon.session.fields import MAX_TEXT
-from georibbon.session.joining import repacked, stretch, whole_part
-from georibbon.session.state import MAX_PART, SessionState, fold
-from georibbon.session.words import counted, told
+from georibbon.errors import RecordingError, SessionError
+from georibbon.recording import Recording
+from georibbon.ribbon import Readings, Ribbon
+from georibbon.session.chunks import Chunk, pack
+from georibbon.session.counts import check_readings
+from georibbon.session.events import Event, now
+from georibbon.session.fields import Source
+from georibbon.session.folder import check_recording, readings_of
+from georibbon.session.outline import (
+    Outline,
+    PassEntry,
+    PoseEntry,
+    check_count,
+    read_outline,
+    ribbon_table,
+    survey_tables,
+    tables_of,
+)
+from georibbon.session.state import SessionState
 
-MAX_LOST = 10_000
-MAX_UNFIT = 50
-_KEYS = {"pose": "key", "pass": "name"}
+MAX_FRAMES = 2**30  # bytes of all poses and passes that are taken into memory
 
 
-@dataclass
-class Restoration:
-    """A session restored from what was found of it.
+def recording_of(
+    state: SessionState, frames: Callable[[int], Readings], name: str, complete: bool
+) -> Recording:
+    """The recording that a session holds so far; entries of the survey that wait are left out.
 
-    events: of the new journal, ids without a gap; state: what follows from
-    them; lost: what is not in it, a sentence each; whole: the parts of poses and
-    passes with the number of their frames; streams: the other parts that are
-    kept; claimed: the parts that the events told of.
+    frames: the readings of a part.  complete: refuse, with a SessionError, what
+    cannot span a surface.
     """
-
-    carving: Carving
-    events: list[Event] = field(default_factory=list)
-    state: SessionState = field(default_factory=SessionState)
-    lost: list[str] = field(default_factory=list)
-    whole: dict[int, int] = field(default_factory=dict)
-    streams: list[int] = field(default_factory=list)
-    claimed: set[int] = field(default_factory=set)
-    pieces: dict[int, list[Piece]] = field(default_factory=lambda: defaultdict(list))
-
-    def chunks(self) -> Iterator[Chunk]:
-        """All frames, one part after the other."""
-        columns = _columns(self.state.ribbon)
-        for part, frames in self.whole.items():
-            yield from whole_part(self.carving, self.pieces[part], frames, columns)
-        for part in self.streams:
-            yield from repacked(stretch(self.carving, self.pieces[part], columns), part)
-
-
-def restore(carving: Carving, name: str) -> Restoration:
-    """Everything that can be kept of a session; name: its file's, for messages.
-
-    Raises SessionError where nothing can.
-    """
-    made = Restoration(carving)
-    for piece in carving.pieces:
-        made.pieces[piece.part].append(piece)
-    if not carving.events:
-        raise SessionError(_nothing(carving, name))
-    ribbon = next((e for e in reversed(carving.events) if e.action == "ribbon"), None)
-    _keep_events(made)
-    _keep_frames(made, _ribbon_of(ribbon))
-    _keep_what_fits(made)
-    _keep_streams(made)
-    _tell_rest(made)
-    return made
-
-
-def _nothing(carving: Carving, name: str) -> str:
-    pieces = counted(len(carving.pieces), "piece")
-    return (
-        f"{name}: nothing of the session's journal can be read"
-        + (
-            f", only {pieces} of frames of which nothing says what they are"
-            if carving.pieces
-            else ""
+    outline = _outline(state, Source(name, SessionError), complete)
+    columns = outline.ribbon.columns
+    frames_of = [pose.frames for pose in state.poses] + [run.frames for run in state.passes]
+    size = sum(frames_of) * (8 + 2 * len(columns))
+    if size > MAX_FRAMES:
+        raise SessionError(
+            f"{name}: frames of {size} bytes; at most {MAX_FRAMES} are read; split it"
         )
-        + "; take a copy of it made before, or capture again"
+    found = []
+    for file, what in zip(outline.files, outline.names, strict=True):
+        readings = frames(int(file))
+        try:
+            check_readings(readings, columns, f"{name}, {what}")
+        except RecordingError as error:
+            raise SessionError(str(error)) from error
+        found.append(readings)
+    return outline.filled(found)
+
+
+def _outline(state: SessionState, source: Source, complete: bool) -> Outline:
+    """The outline of what is captured; the files are the numbers of the parts."""
+    if state.ribbon is None:
+        source.refuse("no ribbon was connected, and nothing captured; capture something first")
+    poses = tuple(
+        PoseEntry(p.name, p.roll, p.heading, p.pitch, p.table, str(p.part)) for p in state.poses
+    )
+    passes = tuple(PassEntry(run.name, run.kind, str(run.part)) for run in state.passes)
+    if complete:
+        check_count(passes, source)
+    there = {run.name for run in passes}
+    return Outline(
+        state.ribbon,
+        poses,
+        passes,
+        tuple(one for one in state.marks if one.pass_name in there),
+        tuple(one for one in state.distances if there.issuperset(one.passes)),
+        tuple(one for one in state.crossings if there.issuperset(one.passes)),
+        state.workpiece,
+        state.title,
     )
 
 
-def _ribbon_of(event: Event | None) -> Ribbon | None:
-    """The ribbon that an event tells of."""
-    if event is None:
-        return None
-    created = Event(1, event.time, "created", {"georibbon": __version__})
-    try:
-        return fold([created, Event(2, event.time, "ribbon", event.detail)]).ribbon
-    except (SessionError, DamagedError):
-        return None
+def journal_of(recording: Recording) -> tuple[tuple[Event, ...], list[Chunk]]:
+    """The events and the frames of a new, closed session that holds a recording.
 
-
-def _columns(ribbon: Ribbon | None) -> int:
-    return 0 if ribbon is None else len(ribbon.columns)
-
-
-def _keep_events(made: Restoration) -> None:
-    """All events, with others in the place of those that are lost."""
-    found = {event.id: event for event in made.carving.events if event.id <= MAX_EVENTS}
-    missing: list[int] = []
-    expected, time = 1, made.carving.events[0].time
-    for number in sorted(found):
-        if number - expected + len(missing) > MAX_LOST:
-            made.lost.append(f"the events from {number} on are left out: too many before are lost")
-            break
-        for absent in range(expected, number):
-            missing.append(absent)
-            made.events.append(_blank(absent, time, "it is lost"))
-        made.events.append(found[number])
-        expected, time = number + 1, found[number].time
-    if made.events[0].action != "created":
-        made.events[0] = Event(1, made.events[0].time, "created", {"georibbon": __version__})
-    for first, last in _runs(missing):
-        made.lost.append(_lost_events(first, last))
-    for number in made.carving.conflicts:
-        made.lost.append(f"there are two different events {number}; the later one is kept")
-
-
-def _lost_events(first: int, last: int) -> str:
-    if first == last:
-        return (
-            f"event {first} is lost: what it did (perhaps removing or undoing something) is not "
-            "known"
-        )
-    return (
-        f"events {first}–{last} are lost: what they did (perhaps removing or undoing something) "
-        "is not known"
-    )
-
-
-def _blank(number: int, time: str, why: str) -> Event:
-    """An event that changes nothing, in the place of another."""
-    return Event(number, time, "recovered", {"to": time, "frames": 0, "event": why})
-
-
-def _runs(numbers: Sequence[int]) -> list[tuple[int, int]]:
-    """Ascending numbers as runs of neighbours (first, last)."""
-    runs: list[tuple[int, int]] = []
-    for number in numbers:
-        if runs and runs[-1][1] == number - 1:
-            runs[-1] = (runs[-1][0], number)
-        else:
-            runs.append((number, number))
-    return runs
-
-
-def _keep_frames(made: Restoration, ribbon: Ribbon | None) -> None:
-    """Poses and passes whose frames are all there; removals in the place of the others."""
-    good: set[tuple[str, str]] = set()
-    last = {_title(event): event.id for event in made.events}
-    for i, event in enumerate(made.events):
-        title, part = _title(event), event.detail.get("part")
-        if event.action not in (*_KEYS, "stream"):
-            continue
-        if type(part) is not int or not 1 <= part <= MAX_PART or part in made.claimed:
-            _leave_out(made, i)
-            continue
-        made.claimed.add(part)
-        if title is None:
-            continue
-        fault = _fault(made, event, part, ribbon)
-        if fault is None:
-            good.add(title)
-            continue
-        made.events[i] = _in_place_of(event, title, title in good)
-        made.lost.append(_sentence(made, event, title, part, fault, last[title] == event.id))
-
-
-def _title(event: Event) -> tuple[str, str] | None:
-    """What an event captured: ("pose", its key) or ("pass", its name)."""
-    key = _KEYS.get(event.action)
-    return None if key is None else (event.action, str(event.detail.get(key)))
-
-
-def _leave_out(made: Restoration, i: int) -> None:
-    """Put an event that changes nothing in the place of one that makes no sense here."""
-    event = made.events[i]
-    made.events[i] = _blank(event.id, event.time, f"{in_words(event)} is left out")
-    made.lost.append(
-        f"event {event.id} ({in_words(event)}) is left out: it does not fit what is left"
-    )
-
-
-def _fault(made: Restoration, event: Event, part: int, ribbon: Ribbon | None) -> str | None:
-    """What is wrong with the frames of a pose or a pass; what is not is whole."""
-    frames = event.detail.get("frames")
-    if type(frames) is not int or frames < 1:
-        return "how many frames it has is not known"
-    if ribbon is None:
-        return "the ribbon's description is lost, without which its frames mean nothing"
-    try:
-        whole_part(made.carving, made.pieces[part], frames, len(ribbon.columns))
-    except DamagedError as error:
-        return str(error)
-    made.whole[part] = frames
-    return None
-
-
-def _in_place_of(event: Event, title: tuple[str, str], replaced: bool) -> Event:
-    """What stands where a pose or a pass was captured that cannot be kept.
-
-    It can be undone as that could; and what was captured before under the name
-    does not come back unasked.
+    Raises RecordingError where the recording cannot be meant.
     """
-    if replaced:
-        return Event(event.id, event.time, "remove", {title[0]: title[1]})
-    text = f"{in_words(event)} was captured here; its frames are damaged"
-    return Event(event.id, event.time, "note", {"text": text})
-
-
-def _sentence(
-    made: Restoration, event: Event, title: tuple[str, str], part: int, fault: str, latest: bool
-) -> str:
-    when = "" if latest else f" as first captured ({event.time})"
-    name = told(title[1]).strip('"')
-    readable = sum(piece.frames for piece in made.pieces[part])
-    kept = f"; the {counted(readable, 'frame')} that can be read are kept in part {part}"
-    return f"{title[0]} {name}{when}: {fault}{kept if readable else ''}"
-
-
-def _keep_what_fits(made: Restoration) -> None:
-    """The state of the events, those left out that cannot follow on what is there."""
-    for _ in range(MAX_UNFIT):
-        place = _first_misfit(made.events)
-        if place is None:
-            made.state = fold(made.events)
-            return
-        _leave_out(made, place)
-    raise SessionError(
-        "the journal makes no sense any more; take a copy of the session made before"
+    readings = readings_of(recording)
+    files = [str(part) for part in range(1, len(readings) + 1)]
+    outline = read_outline(tables_of(recording, files), Source("the recording", RecordingError))
+    check_recording(recording, outline)
+    time = now()
+    events = tuple(
+        Event(i, time, action, detail)
+        for i, (action, detail) in enumerate(_actions(outline, readings), start=1)
     )
+    return events, [c for part, r in enumerate(readings, start=1) for c in pack(r, part)]
 
 
-def _first_misfit(events: Sequence[Event]) -> int | None:
-    """The place of an event after which the state cannot be told; None where it can."""
-    if _folds(events):
-        return None
-    fine, bad = 1, len(events)
-    while bad - fine > 1:
-        middle = (fine + bad) // 2
-        fine, bad = (middle, bad) if _folds(events[:middle]) else (fine, middle)
-    return bad - 1
+def _actions(outline: Outline, readings: Sequence[Readings]) -> list[tuple[str, dict[str, object]]]:
+    """What has to be done for a session to hold a recording."""
+    frames = [one.t.size for one in readings]
+    found = begun(outline.ribbon, outline.title)
+    piece = outline.workpiece
+    if piece is not None:
+        heading = {} if piece.heading is None else {"heading": piece.heading}
+        found.append(("workpiece", {"level": piece.level, **heading}))
+    for i, pose in enumerate(outline.poses):
+        where = {"part": int(pose.file), "frames": frames[i]}
+        fields = {k: getattr(pose, k) for k in ("name", "roll", "heading", "pitch", "table")}
+        found.append(("pose", {"key": f"pose-{i + 1:02}"} | fields | where))
+    for i, run in enumerate(outline.passes, start=len(outline.poses)):
+        where = {"part": int(run.file), "frames": frames[i]}
+        found.append(("pass", {"name": run.name, "kind": run.kind, **where}))
+    survey = survey_tables(outline.marks, outline.distances, outline.crossings)
+    if any(survey.values()):
+        found.append(("survey", dict(survey)))
+    return [*found, ("closed", {"frames": sum(frames)})]
 
 
-def _folds(events: Sequence[Event]) -> bool:
-    try:
-        fold(events)
-    except (SessionError, DamagedError):
-        return False
-    return True
-
-
-def _keep_streams(made: Restoration) -> None:
-    """Streams, and what else can be read of frames, as streams at the end."""
-    held = {event.detail["part"] for event in made.events if event.action in _KEYS}
-    made.whole = {part: frames for part, frames in made.whole.items() if part in held}
-    made.streams = [stream.part for stream in made.state.streams]
-    ribbon = made.state.ribbon
-    for part, pieces in made.pieces.items():
-        if part in made.whole:
-            continue
-        fitting = [piece for piece in pieces if piece.columns == _columns(ribbon)]
-        if ribbon is None or not fitting or not 1 <= part <= MAX_PART:
-            made.lost.append(f"the frames in part {part} do not tell what they are")
-        elif part in made.streams:
-            _tell_gaps(made, part, fitting)
-        else:
-            made.streams.append(part)
-            _append(made, "stream", {"part": part, "rate": ribbon.rate})
-            if part not in made.claimed:
-                number = counted(sum(piece.frames for piece in fitting), "frame")
-                made.lost.append(f"the event of part {part} is lost; its {number} are kept")
-
-
-def _tell_gaps(made: Restoration, part: int, pieces: Sequence[Piece]) -> None:
-    """Say of a stream that pieces of it are missing, where that can be seen."""
-    places = {piece.place for piece in pieces}
-    gaps = max(places) + 1 - len(places)
-    if gaps:
-        made.lost.append(f"{counted(gaps, 'piece')} of the frames between passes (part {part})")
-
-
-def _append(made: Restoration, action: str, detail: dict[str, object]) -> None:
-    made.events.append(Event(len(made.events) + 1, now(), action, detail))
-
-
-def _tell_rest(made: Restoration) -> None:
-    """A note of what was lost, in the session itself."""
-    if not made.carving.whole:
-        made.lost.append("the file leads in circles; not all of it was searched")
-    text = "\n".join(["Salvaged from a damaged file.", *made.lost])
-    printable = "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
-    _append(made, "note", {"text": printable[:MAX_TEXT]})
-    _append(made, "closed", {"frames": sum(chunk.frames for chunk in made.chunks())})
-    made.state = fold(made.events)
+def begun(ribbon: Ribbon | None, title: str | None) -> list[tuple[str, dict[str, object]]]:
+    """The first actions of a session."""
+    found: list[tuple[str, dict[str, object]]] = [("created", {"georibbon": __version__})]
+    if ribbon is not None:
+        found.append(("ribbon", ribbon_table(ribbon)))
+    if title is not None:
+        found.append(("title", {"title": title}))
+    return found

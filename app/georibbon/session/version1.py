@@ -12,11 +12,22 @@ the SHA-256 of the ASCII text "part,place,frames,width;" and the two blobs.
 
 `seal` holds for every other table the SHA-256 of its rows in the order of
 their first column, each row a JSON array and the rows parted by newlines:
-nothing that the file system or a program has damaged is taken for data.  Who
-changes a table renews its seal in the same transaction.
+nothing that the file system or a program has damaged is taken for data.
+Chunks and their digests are those of version 2.
 """
 
+import hashlib
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+
+from georibbon.session.chunks import DamagedError
+from georibbon.session.database import check_tables
+from georibbon.session.events import Event, Row, decode_detail, event_of
+
 VERSION = 1
+MAX_ROWS = 1_000_000
+Spoken = tuple[str, str, Mapping[str, object]]
 
 TABLES = {
     # title (where there is one), created, georibbon: the version that made the file
@@ -78,3 +89,125 @@ def statements() -> dict[str, str]:
     """The statement that creates each table, by its name."""
     columns = TABLES | UNSEALED
     return {name: f'CREATE TABLE "{name}" ({columns[name]}) STRICT' for name in columns}
+
+
+def read_events(database: sqlite3.Connection) -> tuple[Event, ...]:
+    """What a session of version 1 holds, as events; its parts keep their numbers.
+
+    Raises DamagedError where a table is not as it was written; whether the
+    values can be meant is for `state.fold` to find.
+    """
+    check_tables(database, statements(), VERSION)
+    seals = _pairs(database, "seal")
+    for name in TABLES:
+        if seals.get(name) != digest(select(database, name)):
+            raise DamagedError(f"the table {name} does not match its seal")
+    rows = (
+        Event(number, time, action, detail).row
+        for number, (action, time, detail) in enumerate(_spoken(database), start=1)
+    )
+    return tuple(event_of(row) for row in rows)
+
+
+def _spoken(database: sqlite3.Connection) -> Iterator[Spoken]:
+    """All that the tables say: action, time, detail."""
+    meta = _pairs(database, "meta")
+    made = str(meta.get("created"))
+    yield "created", made, {"georibbon": meta.get("georibbon")}
+    if "title" in meta:
+        yield "title", made, {"title": meta["title"]}
+    for action, detail in _outline(database):
+        yield action, made, detail
+    yield from _additions(database, made)
+    frames = [count for count in _parts(database).values() if isinstance(count, int)]
+    yield "closed", made, {"frames": sum(frames)}
+
+
+def select(database: sqlite3.Connection, table: str) -> list[Row]:
+    """All rows of a small table in the order of its first column."""
+    query = f'SELECT * FROM "{table}" ORDER BY 1'  # noqa: S608 (the names are ours)
+    rows = database.execute(query).fetchmany(MAX_ROWS + 1)
+    if len(rows) > MAX_ROWS:
+        raise DamagedError(f"the table {table} has more than {MAX_ROWS} rows")
+    return rows
+
+
+def digest(rows: Sequence[Row]) -> bytes:
+    """The seal of a table's rows."""
+    try:
+        text = "\n".join(json.dumps(row) for row in rows)
+    except TypeError as error:
+        raise DamagedError("a row holds bytes where none belong") from error
+    return hashlib.sha256(text.encode()).digest()
+
+
+def _outline(database: sqlite3.Connection) -> Iterator[tuple[str, dict[str, object]]]:
+    """Ribbon, workpiece, poses, passes and survey as actions and details."""
+    sensor = ("name", "kind", "axes", "position", "counts_per_unit")
+    for _, name, length, rate in select(database, "ribbon"):
+        sensors = _named(select(database, "sensor"), sensor)
+        yield "ribbon", {"id": name, "length": length, "rate": rate, "sensor": sensors}
+    for _, level, heading in select(database, "workpiece"):
+        known = {} if heading is None else {"heading": heading}
+        yield "workpiece", {"level": _flag(level)} | known
+    frames = _parts(database)
+    pose = ("name", "roll", "heading", "pitch", "table", "part")
+    for i, row in enumerate(_named(select(database, "pose"), pose), start=1):
+        detail = row | {"table": _flag(row["table"]), "frames": frames.get(row["part"])}
+        yield "pose", {"key": f"pose-{i:02}"} | detail
+    for row in _named(select(database, "pass"), ("name", "kind", "part")):
+        yield "pass", row | {"frames": frames.get(row["part"])}
+    survey = _survey(database)
+    if any(survey.values()):
+        yield "survey", survey
+
+
+def _survey(database: sqlite3.Connection) -> dict[str, object]:
+    return {
+        "mark": [
+            {"pass": name, "at": at, "position": [x, y, z], "sigma": sigma}
+            for _, name, at, x, y, z, sigma in select(database, "mark")
+        ],
+        "distance": [
+            {"passes": [p, q], "at": [a, b], "distance": distance, "sigma": sigma}
+            for _, p, q, a, b, distance, sigma in select(database, "distance")
+        ],
+        "crossing": [
+            {"passes": [p, q], "at": [a, b], "sigma": sigma}
+            for _, p, q, a, b, sigma in select(database, "crossing")
+        ],
+    }
+
+
+def _additions(database: sqlite3.Connection, made: str) -> Iterator[Spoken]:
+    """Settings, calibrations and notes."""
+    for _, name, key, value in select(database, "setting"):
+        yield "setting", made, {"pass": name, "key": key} | _json("value", value)
+    for _, time, document in select(database, "calibration"):
+        yield "calibration", str(time), _json("document", document)
+    for _, time, text in select(database, "note"):
+        yield "note", str(time), {"text": text}
+
+
+def _json(key: str, text: object) -> dict[str, object]:
+    """A text of JSON as the one value of a table."""
+    return dict(decode_detail(f'{{"{key}":{text}}}'))
+
+
+def _parts(database: sqlite3.Connection) -> dict[object, object]:
+    """The number of frames in each part."""
+    return _pairs(database, "part")
+
+
+def _pairs(database: sqlite3.Connection, table: str) -> dict[object, object]:
+    """The rows of a table of two columns."""
+    return {row[0]: row[1] for row in select(database, table)}
+
+
+def _named(rows: Sequence[Row], names: tuple[str, ...]) -> list[dict[str, object]]:
+    """Rows as tables, without their first column."""
+    return [dict(zip(names, row[1:], strict=True)) for row in rows]
+
+
+def _flag(value: object) -> object:
+    return bool(value) if value in (0, 1) else value

@@ -1,0 +1,60 @@
+"""Events in words, for a person."""
+
+from collections.abc import Callable, Mapping
+
+from georibbon.session.events import EVERY_PASS, Event
+from georibbon.session.words import told
+
+Detail = Mapping[str, object]
+
+
+def in_words(event: Event) -> str:
+    """What an event did, short, such as "pass P3" or "the removal of pass P3"."""
+    words = _WORDS.get(event.action, event.action)
+    return words if isinstance(words, str) else words(event.detail)
+
+
+def _plain(value: object) -> str:
+    """A value without the marks of a text."""
+    return told(value).strip('"')
+
+
+def _named(detail: Detail) -> str:
+    return " ".join(f"{kind} {_plain(name)}" for kind, name in detail.items())
+
+
+def _setting(detail: Detail) -> str:
+    every = detail.get("pass") == EVERY_PASS
+    whose = "all passes" if every else f"pass {_plain(detail.get('pass'))}"
+    return f"the {_plain(detail.get('key'))} of {whose}"
+
+
+def _link(detail: Detail) -> str:
+    reason = detail.get("reason")
+    return f"link {_plain(detail.get('state'))}" + (f": {_plain(reason)}" if reason else "")
+
+
+_WORDS: dict[str, str | Callable[[Detail], str]] = {
+    "created": "the session was made",
+    "title": "the title",
+    "workpiece": "the workpiece's frame",
+    "plan": "the plan of the capture",
+    "order": "the order of the passes",
+    "survey": "the survey",
+    "calibration": "the calibration",
+    "opened": "the file was opened",
+    "closed": "the file was closed",
+    "ribbon": lambda detail: f"ribbon {_plain(detail.get('id'))}",
+    "pose": lambda detail: f"pose {_plain(detail.get('key'))}",
+    "pass": lambda detail: f"{_plain(detail.get('kind'))} {_plain(detail.get('name'))}",
+    "remove": lambda detail: f"the removal of {_named(detail)}",
+    "skip": lambda detail: f"skipping {_named(detail)}",
+    "setting": _setting,
+    "note": lambda detail: f"the note {told(detail.get('text'))}",
+    "undo": lambda detail: f"undoing of event {_plain(detail.get('of'))}",
+    "redo": lambda detail: f"redoing of event {_plain(detail.get('of'))}",
+    "stream": lambda detail: f"frames in part {_plain(detail.get('part'))}",
+    "link": _link,
+    "recovered": lambda detail: f"recovered up to {_plain(detail.get('to'))}",
+    "moved": lambda detail: f"moved from {_plain(detail.get('from'))}",
+}

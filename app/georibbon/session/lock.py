@@ -1,0 +1,145 @@
+"""One writer a session: a lock file beside it, which the kernel frees when its owner dies.
+
+Who holds the lock is written in the file for people; that it is held is known
+from the lock alone.
+"""
+
+import json
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+
+from georibbon.errors import SessionError
+from georibbon.session.events import now
+from georibbon.session.words import told
+
+ENDING = ".lock"
+_TRIES = 5  # a reader that looks whether it is held holds it for a moment
+_PAUSE = 0.02
+_MOST = 1000
+_here: set[Path] = set()
+_here_lock = threading.Lock()
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _FAR = 2**30  # beyond what is written: Windows lets nobody read locked bytes
+
+    def _take(descriptor: int) -> None:
+        os.lseek(descriptor, _FAR, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+else:
+    import fcntl
+
+    def _take(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+class HeldError(SessionError):
+    """Another program has the session open."""
+
+
+class Lock:
+    """The right to write to a session, from its making until `release`."""
+
+    def __init__(self, path: Path) -> None:
+        """Take the right; HeldError says who has it, OSError why no file can be locked there."""
+        self.session = path.resolve()
+        self._file = lock_file(path)
+        self._descriptor = _acquired(self._file, path)
+        self._owner = os.getpid()
+        text = json.dumps({"process": self._owner, "since": now()})
+        os.ftruncate(self._descriptor, 0)
+        os.write(self._descriptor, text.encode())
+        with _here_lock:
+            _here.add(self.session)
+
+    def release(self) -> None:
+        """Give the right back and remove the lock file."""
+        with _here_lock:
+            _here.discard(self.session)
+        if sys.platform == "win32":
+            os.close(self._descriptor)  # Windows removes no open file
+            _remove(self._file)
+        else:
+            _remove(self._file)
+            os.close(self._descriptor)
+
+
+def lock_file(path: Path) -> Path:
+    """The lock file of a session."""
+    resolved = path.resolve()
+    return resolved.with_name(resolved.name + ENDING)
+
+
+def open_here(path: Path) -> bool:
+    """Whether this process has the session open for writing.
+
+    Then its file must not be opened but by SQLite: closing any other descriptor
+    of it would drop SQLite's own locks.
+    """
+    with _here_lock:
+        return path.resolve() in _here
+
+
+def holder(path: Path) -> str | None:
+    """Who has a session open for writing, in words; None where nobody has."""
+    file = lock_file(path)
+    try:
+        descriptor = os.open(file, os.O_RDWR)
+    except OSError:
+        return None
+    try:
+        _take(descriptor)
+    except OSError:
+        return _owner(file)
+    finally:
+        os.close(descriptor)
+    return None
+
+
+def _acquired(file: Path, path: Path) -> int:
+    """The descriptor of the locked lock file."""
+    for attempt in range(_TRIES):
+        if attempt:
+            time.sleep(_PAUSE)
+        descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            _take(descriptor)
+            if _still(descriptor, file):
+                return descriptor
+        except (BlockingIOError, PermissionError):
+            pass
+        except OSError:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)
+    raise HeldError(f"{path.name}: {_owner(file)} has the session open; close it there to write")
+
+
+def _still(descriptor: int, file: Path) -> bool:
+    """Whether the locked file is the one that has the name: its last owner may have removed it."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), file.stat())
+    except OSError:
+        return False
+
+
+def _owner(file: Path) -> str:
+    """The owner that the lock file names."""
+    try:
+        with file.open(encoding="utf-8") as stream:
+            found = json.loads(stream.read(_MOST))
+        return f"process {int(found['process'])}, since {told(found['since'])[1:-1]},"
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
+        return "another program"
+
+
+def _remove(file: Path) -> None:
+    try:
+        file.unlink(missing_ok=True)
+    except OSError:
+        return  # a lock file that stays locks nobody out

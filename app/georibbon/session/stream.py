@@ -1,0 +1,188 @@
+"""Frames that come without end, on their way into the session file."""
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from georibbon.errors import SessionError
+from georibbon.ribbon import Readings
+from georibbon.session.chunks import FRAMES, Chunk, joined, pack
+from georibbon.session.counts import check_readings
+
+MOST_AT_ONCE = 16 * FRAMES  # frames of one transaction
+_LOST = -32768  # a lost value in counts of 16 bits
+
+
+class FrameLike(Protocol):
+    """A frame as the link delivers it: seconds, and (c,) int16 counts, -32768 for a lost value."""
+
+    @property
+    def t(self) -> float:
+        """Seconds."""
+
+    @property
+    def counts(self) -> NDArray[np.int16]:
+        """Counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """What the next transaction does for a stream, and how the stream stands after it.
+
+    cuts: (part, place), see `Store.write`.  taken: how many of the waiting
+    blocks, with so many frames, it writes.  base: the place of the first small
+    chunk after it; tail: these small chunks.
+    """
+
+    cuts: tuple[tuple[int, int], ...]
+    chunks: tuple[Chunk, ...]
+    taken: int
+    frames: int
+    base: int
+    tail: tuple[Chunk, ...]
+
+
+class Stream:
+    """A part of the session that grows; made by `Session.stream`.
+
+    What is appended waits in memory, as compact as on the disk, until a
+    transaction has taken it.
+    """
+
+    def __init__(
+        self,
+        part: int,
+        columns: tuple[str, ...],
+        poke: Callable[[], None],
+        flush: Callable[[], None],
+    ) -> None:
+        self.part = part
+        self._columns = columns
+        self._poke = poke
+        self._flush = flush
+        self._lock = threading.Lock()
+        self._waiting: list[Chunk] = []
+        self._last = -np.inf
+        self._frames = self._durable = 0
+        self._base = 0
+        self._tail: tuple[Chunk, ...] = ()
+        self._ended = False
+
+    @property
+    def frames(self) -> int:
+        """How many frames were appended."""
+        return self._frames
+
+    @property
+    def durable(self) -> int:
+        """How many of them are safe on the disk."""
+        return self._durable
+
+    def append(self, frames: Readings | Sequence[FrameLike]) -> None:
+        """Take frames; never waits for the disk.
+
+        Their times grow, also from one call to the next.  Raises RecordingError
+        for what is none, and SessionError when the stream has ended.
+        """
+        readings = frames if isinstance(frames, Readings) else _readings(frames)
+        if not readings.t.size:
+            return
+        name = f"stream {self.part}"
+        check_readings(readings, self._columns, name)
+        blocks = list(pack(readings, self.part))
+        with self._lock:
+            if self._ended:
+                raise SessionError(f"{name} has ended; begin another one")
+            if readings.t[0] <= self._last:
+                raise SessionError(
+                    f"{name}: a frame at {float(readings.t[0])!r} s after one at "
+                    f"{float(self._last)!r} s; times that grow are expected"
+                )
+            self._last = readings.t[-1]
+            self._frames += readings.t.size
+            self._waiting += blocks
+        self._poke()
+
+    def flush(self, timeout: float = 10.0) -> bool:
+        """Have everything appended so far written; whether it is safe after so many seconds."""
+        target, deadline = self._frames, time.monotonic() + timeout
+        while self._durable < target and time.monotonic() < deadline:
+            before = self._durable
+            self._flush()
+            if self._durable == before:
+                break  # it cannot be written now
+        return self._durable >= target
+
+    def close(self) -> None:
+        """End the stream and write what waits; what cannot be written stays with the session."""
+        with self._lock:
+            self._ended = True
+        self.flush()
+
+    def work(self) -> Work | None:
+        """What there is to write.  Called by the writer."""
+        with self._lock:
+            blocks = _some(self._waiting)
+        if not blocks and not (self._ended and len(self._tail) > 1):
+            return None
+        columns, taken = len(self._columns), sum(block.frames for block in blocks)
+        ahead = sum(chunk.frames for chunk in self._tail)
+        if ahead + taken < FRAMES and not self._ended:
+            place = self._base + len(self._tail)
+            chunks = tuple(pack(_joined(blocks, columns), self.part, place))
+            tail = (*self._tail, *chunks)
+            return Work((), chunks, len(blocks), taken, self._base, tail)
+        chunks = tuple(pack(_joined([*self._tail, *blocks], columns), self.part, self._base))
+        full = sum(chunk.frames == FRAMES for chunk in chunks)
+        cuts = ((self.part, self._base),)
+        return Work(cuts, chunks, len(blocks), taken, self._base + full, chunks[full:])
+
+    def done(self, work: Work) -> None:
+        """The work is durable.  Called by the writer."""
+        with self._lock:
+            del self._waiting[: work.taken]
+        self._base, self._tail = work.base, work.tail
+        self._durable += work.frames
+
+    @property
+    def base(self) -> int:
+        """The place of the first chunk that is not full.  For the writer."""
+        return self._base
+
+    def rebased(self, base: int) -> tuple[Chunk, ...]:
+        """The small chunks at its end, to be put from another place on.  For the writer."""
+        return tuple(_placed(chunk, base + i) for i, chunk in enumerate(self._tail))
+
+    def moved(self, base: int) -> None:
+        """The file is another one, where the full chunks end at another place.  For the writer."""
+        self._tail, self._base = self.rebased(base), base
+
+
+def _readings(frames: Sequence[FrameLike]) -> Readings:
+    t = np.array([frame.t for frame in frames], dtype=np.float64)
+    counts = np.array([frame.counts for frame in frames]).astype(np.float64)
+    counts[counts == _LOST] = np.nan
+    return Readings(t, counts)
+
+
+def _some(waiting: list[Chunk]) -> list[Chunk]:
+    """The first blocks that wait, of not many more frames than a transaction takes."""
+    frames = 0
+    for count, block in enumerate(waiting):
+        if frames >= MOST_AT_ONCE:
+            return waiting[:count]
+        frames += block.frames
+    return waiting[:]
+
+
+def _joined(blocks: Sequence[Chunk], columns: int) -> Readings:
+    return joined([_placed(block, i) for i, block in enumerate(blocks)], columns)
+
+
+def _placed(chunk: Chunk, place: int) -> Chunk:
+    return Chunk(chunk.part, place, chunk.frames, chunk.width, chunk.t, chunk.counts)
