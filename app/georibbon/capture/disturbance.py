@@ -73,9 +73,9 @@ def expected_without(
         if len(mates):
             found, spread = _without(linear, inverse, mates)
             deleted[mates] = np.linalg.solve(white[0, mates], found[..., None])[..., 0]
-            size[mates] = np.sqrt(
-                np.sum(found * np.linalg.solve(spread, found[..., None])[..., 0], axis=-1)
-            )
+            squares = np.sum(found * np.linalg.solve(spread, found[..., None])[..., 0], axis=-1)
+            # Where the group alone decides something its covariance is huge, and rounding shows.
+            size[mates] = np.sqrt(np.maximum(squares, 0.0))
     return Expected(deleted, size)
 
 

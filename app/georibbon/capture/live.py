@@ -25,7 +25,10 @@ from georibbon.fitting.strip import (
     Strips,
     fit_strips,
     linearise,
+    normal_equations,
+    prior,
     robust_cost,
+    robust_weights,
     sensed_vectors,
     whiten,
 )
@@ -39,9 +42,11 @@ WARM_STEPS = 6
 # The readings' cost scatters by about ten from laying to laying; a rise by more than this is
 # no scatter.
 RISEN = 40.0
+POOR = 3.0  # the readings' cost for each axis, about 0.7 where all is as assumed
 SOON, OFTEN = 20, 100  # updates from one trial of all starts to the next: where lost, where not
 SAME_SHAPE = 0.1  # shapes whose frames differ nowhere by more (about 6 degrees) are one
-SETTLED = 0.05  # as much (about 3 degrees, single frames being noisy) may frames differ from one update to the next
+# As much may frames differ from one update to the next (about 3 degrees: one frame is noisy).
+SETTLED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +139,10 @@ class LiveFit:
             if smoothing is not None:
                 weight = weight_of_length(np.array([smoothing]), information_density(problem))
             strips = fit_strips(problem, self._strips.shape, weight, WARM_STEPS)
-            lost = _readings_cost(strips) > self._usual + RISEN
-            if self._since >= (SOON if lost else OFTEN):
+            cost = _readings_cost(strips)
+            lost = cost > self._usual + RISEN
+            poor = cost > POOR * self._axes(problem)
+            if self._since >= (SOON if lost or poor else OFTEN):
                 strips, lost = self._search(problem, smoothing, strips), False
         self._strips = strips
         self._usual = min(self._usual, _readings_cost(strips))
@@ -158,20 +165,26 @@ class LiveFit:
             return found.take([int(same[0])])
         return warm if warm.cost[0] < found.cost[0] else found.take([0])
 
+    def _axes(self, problem: StripProblem) -> int:
+        """How many axes say something."""
+        return int(self._array.axes[problem.observations.present[0]].sum())
+
     def _told(self, problem: StripProblem, strips: Strips, lost: bool) -> LiveCurve:
         white = whiten(problem, strips.shape)
         linear = linearise(problem, strips.shape, white)
         points, moves = differentiate_positions(self._grid, strips.shape, linear.turns)
-        spread = np.linalg.inv(strips.normal[0])
+        # Anew: the fit's own are of the whitening before its last steps.
+        normal, _ = normal_equations(linear, robust_weights(linear.squares))
+        normal += prior(self._grid, strips.smoothing)
+        spread = np.linalg.inv(normal[0])
         covariance = moves[0] @ spread @ np.swapaxes(moves[0], 1, 2)
         frames = linear.turns.frames[0]
         same = self._frames is not None and np.abs(frames - self._frames).max() <= SETTLED
         self._frames = frames
         present = problem.observations.present[0]
         squares = linear.squares[0]
-        axes = int(self._array.axes[present].sum())
         rates = strips.shape.rates[0] @ self._grid.at_nodes.T
-        expected = expected_without(problem, linear, strips.normal, white)
+        expected = expected_without(problem, linear, normal, white)
         return LiveCurve(
             strip=Strip(self._grid.nodes, points[0], frames),
             normal_curvature=-rates[1],
@@ -179,7 +192,7 @@ class LiveFit:
             covariance=covariance,
             sigma=np.sqrt(np.trace(covariance, axis1=1, axis2=2)),
             residuals=np.where(present, np.sqrt(squares), np.nan),
-            misfit=float(np.sqrt(squares[present].sum() / axes)),
+            misfit=float(np.sqrt(squares[present].sum() / self._axes(problem))),
             smoothing=float(length_of_weight(strips.smoothing[0], information_density(problem))),
             disturbed=find_disturbed(self._ribbon, problem, expected),
             ambiguous=self._ambiguous,
