@@ -52,6 +52,7 @@ class Body:
         self._hand, self._noise, self._loss = (np.random.default_rng(seed) for seed in seeds)
         self._spread = noise_counts(bench.ribbon, bench.settings.ribbon)
         self._magnet: Magnet | None = None
+        self._beside: Magnet | None = None
         self._expected: FloatArray | None = None
         self._air = hanging(bench.positions, bench.ribbon.length, self._hand.uniform(-np.pi, np.pi))
         sway = draw_sway(self._hand)
@@ -63,13 +64,18 @@ class Body:
         """The moment from which on it lies still; inf: in moving hands."""
         return self._motion.still_from
 
-    def move(self, frames: FloatArray, now: float) -> None:
-        """Take it to where its sensors have these frames (n, 3, 3), ribbon to world."""
+    def move(self, frames: FloatArray, now: float, beside: Magnet | None = None) -> None:
+        """Take it to where its sensors have these frames (n, 3, 3), ribbon to world.
+
+        beside: a magnet that is there.
+        """
         self._begin(now, frames, lifted=False)
+        self._beside = beside
 
     def lift(self, now: float) -> None:
         """Take it up into the hands."""
         self._begin(now, self._air, lifted=True)
+        self._beside = None
 
     def hold(self, now: float) -> None:
         """Keep it still as it is."""
@@ -111,7 +117,9 @@ class Body:
         return self._expected
 
     def _seen(self, times: FloatArray) -> FloatArray:
-        bench, magnet = self.bench, self._magnet
-        extra = None if magnet is None else magnet.field(bench.positions, times)
+        bench = self.bench
+        magnets = [one for one in (self._magnet, self._beside) if one is not None]
+        extra = np.sum([one.field(bench.positions, times) for one in magnets], axis=0)
         frames = self._motion.frames(times)
-        return expected_counts(bench.ribbon, bench.models, frames, bench.field, extra)
+        disturbance = extra if magnets else None
+        return expected_counts(bench.ribbon, bench.models, frames, bench.field, disturbance)

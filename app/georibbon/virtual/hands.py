@@ -7,7 +7,7 @@ from math import inf
 from georibbon.arrays import FloatArray
 from georibbon.calibration.plans import AskedPose
 from georibbon.errors import SettingsError
-from georibbon.virtual.body import Body
+from georibbon.virtual.body import Body, Magnet
 from georibbon.virtual.places import Places
 from georibbon.virtual.wire import Wire
 
@@ -48,7 +48,7 @@ class Hands:
 
     def lay(self, name: str, now: float) -> None:
         """Lay it on a pass or tie; SettingsError where there is none."""
-        self._take(self.places.laid(name), name, now)
+        self._take(self.places.laid(name), name, now, self.places.magnet(name))
         self._last_pass = name
 
     def lay_next(self, now: float) -> None:
@@ -100,9 +100,11 @@ class Hands:
         """Put the cable back."""
         self.plugged, self._replug_at = True, inf
 
-    def _take(self, frames: FloatArray, place: str, now: float) -> None:
+    def _take(
+        self, frames: FloatArray, place: str, now: float, beside: Magnet | None = None
+    ) -> None:
         self._stop()
-        self.body.move(frames, now)
+        self.body.move(frames, now, beside)
         self.place = place
 
     def _stop(self) -> None:

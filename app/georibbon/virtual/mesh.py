@@ -34,8 +34,11 @@ EXTENT = (0.05, 100.0)
 """Metres across: what a ribbon can be laid on."""
 KNOTS = 0.02
 """Metres between the knots of a pass, at least."""
+FACETS, LEAST = 4.0, 8
+"""Facets between the knots, so that their edges are smoothed over; yet so many pieces at least."""
 CREASE = 40.0
 """Degrees between facets beyond which their normals are not blended."""
+NONE = np.zeros((0, 3), dtype=np.int64)
 _NEAR = 24  # facets looked at for a point, nearest centres first
 _ON = 1e-6  # of the mesh's size: how far off its facet a point on the mesh may be
 
@@ -78,7 +81,7 @@ def _parsed(data: bytes, kind: str, name: str) -> tuple[FloatArray, IntArray]:
         # From bytes, so that no file that this one names is opened.
         found = trimesh.load_mesh(BytesIO(data), file_type=kind, process=False)
         vertices = np.asarray(found.vertices, dtype=np.float64)
-        triangles = np.asarray(found.faces, dtype=np.int64)
+        triangles = np.asarray(getattr(found, "faces", NONE), dtype=np.int64)
     except Exception as error:  # whatever a parser stumbles over in a stranger's file
         raise SettingsError(
             f"{name}: this is no {kind.upper()} file that can be read ({type(error).__name__}); "
@@ -213,7 +216,13 @@ class Tracer:
         self._tree = cKDTree(self._centres)
         self._around = _triangles_around(mesh)
         self._sign = 1.0
-        self._walker = potpourri3d.GeodesicTracer(mesh.vertices, mesh.triangles)
+        try:
+            self._walker = potpourri3d.GeodesicTracer(mesh.vertices, mesh.triangles)
+        except RuntimeError as error:
+            raise SettingsError(
+                f"{mesh.name}: it is not manifold, pieces of it touch in corners only; repair it in "
+                "the program it came from"
+            ) from error
 
     def start(self, place: tuple[float, float] | None) -> tuple[FloatArray, FloatArray]:
         """A point of the mesh (3,) and its normal there, outwards.
@@ -330,7 +339,8 @@ class Tracer:
         path *= s[-1] / path[-1]
         at = np.linspace(0.0, s[-1], 8 * len(s))
         sampled = np.stack([np.interp(at, path, column) for column in points.T], axis=1)
-        count = max(int(s[-1] / max(KNOTS, 2 * float(np.median(gaps)))), 1)
+        facet = float(np.percentile(gaps, 90))
+        count = int(s[-1] / np.clip(FACETS * facet, KNOTS, s[-1] / LEAST))
         curve = _spline(at, sampled, count)
         # By its own arc length, and as long as the polyline: smoothing cuts corners by microns.
         speed = np.linalg.norm(curve(at, 1), axis=1)
@@ -345,7 +355,7 @@ class Tracer:
 
 def _spline(at: FloatArray, values: FloatArray, pieces: int) -> BSpline:
     """The least-squares cubic spline of values (n, c) at places (n,), in so many pieces."""
-    inner = np.linspace(at[0], at[-1], max(pieces, 1) + 1)[1:-1]
+    inner = np.linspace(at[0], at[-1], pieces + 1)[1:-1]
     knots = np.concatenate([np.repeat(at[0], 4), inner, np.repeat(at[-1], 4)])
     return make_lsq_spline(at, values, knots, 3)
 

@@ -30,6 +30,7 @@ from georibbon.simulation.capture import (
 from georibbon.simulation.poses import asked_poses, draw_slips, set_bar
 from georibbon.simulation.survey import measure_crossings, measure_distances, measure_marks
 from georibbon.simulation.truth import Truth
+from georibbon.virtual.body import Magnet
 from georibbon.virtual.mesh import lay_on_mesh, read_mesh
 from georibbon.virtual.settings import MeshSettings, check_number
 
@@ -75,6 +76,15 @@ class Places:
         if name in self._laid:
             return self._laid.pop(name)
         return laid_frames(self._bench, self._strips[name], self._again)
+
+    def magnet(self, name: str) -> Magnet | None:
+        """The magnet that the settings put beside a pass."""
+        faults = self._bench.settings.faults
+        if faults.magnet == 0 or name != faults.magnet_on:
+            return None
+        length = self._bench.ribbon.length
+        place = length / 2 if faults.magnet_place is None else faults.magnet_place
+        return Magnet(faults.magnet, place, faults.magnet_reach)
 
     def posed(self, number: int) -> FloatArray:
         """(n, 3, 3) the sensors' frames in a pose of the plan, counted from 1; `SettingsError`."""
