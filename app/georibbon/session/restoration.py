@@ -61,10 +61,12 @@ class Restoration:
             yield from repacked(stretch(self.carving, pieces, columns), part)
 
 
-def restore(carving: Carving, name: str) -> Restoration:
-    """Everything that can be kept of a session; name: its file's, for messages.
+def restore(carving: Carving, name: str, last: int | None) -> Restoration:
+    """Everything that can be kept of a session.
 
-    Raises SessionError where nothing can.
+    name: its file's, for messages; last: the id of its last event, as the
+    file's own tree has it, None where that cannot be read.  Raises SessionError
+    where nothing can be kept.
     """
     made = Restoration(carving)
     if not carving.events:
@@ -75,6 +77,8 @@ def restore(carving: Carving, name: str) -> Restoration:
     for piece in carving.pieces:
         made.pieces.setdefault(piece.part, []).append(piece)
     _keep_events(made)
+    if carving.events:  # the tables of version 1 are whole or not there
+        _tell_end(made, last)
     _keep_frames(made, _place_ribbon(made))
     _keep_what_fits(made)
     _keep_streams(made)
@@ -137,6 +141,17 @@ def _keep_events(made: Restoration) -> None:
         made.lost.append(_lost_events(first, last))
     for number in made.carving.conflicts:
         made.lost.append(f"there are two different events {number}; the later one is kept")
+
+
+def _tell_end(made: Restoration, last: int | None) -> None:
+    """Say of the journal's end that it is lost, or that it may be."""
+    end = made.carving.events[-1]
+    if last is None:
+        made.lost.append(
+            f"whether more was done after event {end.id} ({in_words(end)}) is not known"
+        )
+    elif last > end.id:
+        made.lost.append(_lost_events(end.id + 1, last))
 
 
 def _lost_events(first: int, last: int) -> str:

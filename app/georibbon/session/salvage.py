@@ -67,7 +67,7 @@ def check_session(path: Path) -> Checkup:
         _refuse_what_is_not_damaged(path, error)
         with _restored(path, error if error.__cause__ is None else None) as made:
             frames = sum(chunk.frames for chunk in made.chunks())
-            message = f"{path.name}: the session file is damaged ({_reason(error)})"
+            message = f"{path.name}: the session file is damaged ({_reason(path, error)})"
             return _checkup(path, "damaged", message, frames, made.state, made.lost)
     frames = sum(found.sizes.values())
     if not found.closed:
@@ -136,20 +136,31 @@ def _refuse_what_is_not_damaged(path: Path, error: SessionError) -> None:
     """Raise the error again where another remedy than saving is asked for."""
     if "locked" in str(error.__cause__) or "busy" in str(error.__cause__):
         raise error
-    try:
-        with path.open("rb") as file:
-            head = file.read(100)
-    except (OSError, ValueError):
-        raise error from None
-    version = int.from_bytes(head[60:64])
-    if head[68:72] == APPLICATION_ID.to_bytes(4) and VERSION < version < _FAR_VERSION:
+    head = _head(path)
+    if not head or (_is_ours(head) and VERSION < int.from_bytes(head[60:64]) < _FAR_VERSION):
         raise error
 
 
-def _reason(error: SessionError) -> str:
+def _reason(path: Path, error: SessionError) -> str:
     """What is damaged, short."""
-    cause = error.__cause__
-    return told(str(error).partition(": ")[2] if cause is None else str(cause)).strip('"')
+    if error.__cause__ is not None:
+        return told(str(error.__cause__)).strip('"')
+    if not _is_ours(_head(path)):
+        return "its header is destroyed"
+    return told(str(error).partition(": ")[2]).strip('"')
+
+
+def _head(path: Path) -> bytes:
+    """The header of a file; nothing where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(100)
+    except (OSError, ValueError):
+        return b""
+
+
+def _is_ours(head: bytes) -> bool:
+    return head[:16] == b"SQLite format 3\0" and head[68:72] == APPLICATION_ID.to_bytes(4)
 
 
 @contextlib.contextmanager
@@ -161,7 +172,17 @@ def _restored(path: Path, foreign: SessionError | None) -> Iterator[Restoration]
     with carved(path) as carving:
         if foreign is not None and not carving.events and not carving.pieces:
             raise foreign
-        yield restore(carving, path.name)
+        yield restore(carving, path.name, _last_event(path))
+
+
+def _last_event(path: Path) -> int | None:
+    """The id of the last event as SQLite finds it; None where it cannot."""
+    try:
+        with reading(path) as database:
+            last = database.execute("SELECT max(id) FROM event").fetchone()[0]
+    except SessionError:
+        return None
+    return last if isinstance(last, int) else None
 
 
 def _read_wholly(path: Path) -> Contents:
