@@ -23,6 +23,8 @@ from georibbon.session.database import read_chunks
 from georibbon.session.reading import contents, frames_of, reading
 from georibbon.session.salvage import check_session, salvage
 from georibbon.session.schema import PAGE_SIZE
+from georibbon.session.session import Session
+from georibbon.session.state import parts_of
 
 MADE = journals.capture()
 
@@ -413,6 +415,52 @@ def test_another_event_under_the_same_number_is_told(crashed, tmp_path):
     saved = salvage(copy, tmp_path / "t.georibbon")
     assert "there are two different events 3; the later one is kept" in saved.lost
     assert held(tmp_path / "t.georibbon")[0].title == "another"
+
+
+def live(session, path):
+    """A copy of an open session's files, as a crash would leave them, and what is in it then."""
+    for end in ("", "-wal"):
+        shutil.copy(f"{session.path}{end}", f"{path}{end}")
+    parts = parts_of(session.state.history)
+    return session.state, {part: session.readings(part) for part in parts}
+
+
+def check_same(found, expected, more):
+    """The same events and frames, and so many events more."""
+    (state, frames), (was, parts) = found, expected
+    rows = [event.row for event in state.history]
+    assert rows[: len(rows) - more] == [event.row for event in was.history]
+    assert frames.keys() == parts.keys()
+    assert all(same(frames[part], parts[part]) for part in parts)
+
+
+def test_a_session_is_saved_as_it_is_at_any_moment(tmp_path):
+    """Streams grow, and their small chunks are taken together, while passes come."""
+    chance = np.random.default_rng(4)
+    with Session.create(tmp_path / "live.georibbon", RIBBON, title="live") as session:
+        stream, start, everything_of = session.stream(100.0), 0, readings(6000, seed=3)
+        for i in range(12):
+            for _ in range(int(chance.integers(1, 25))):
+                end = start + int(chance.integers(1, 60))
+                stream.append(block(everything_of, start, end))
+                assert stream.flush()
+                start = end
+            session.add_pass(f"P{i % 5}", "pass", readings(30 + 500 * i, seed=i))
+            if i % 3 == 0:
+                session.undo()
+            copy, target = tmp_path / f"{i}.georibbon", tmp_path / f"saved-{i}.georibbon"
+            expected = live(session, copy)
+            assert check_session(copy).verdict == "not closed"
+            saved = salvage(copy, target)
+            check_same(held(target), expected, 2)
+            assert [line for line in saved.lost if "not known" not in line] == []
+        with pytest.raises(SessionError, match="has the session open"):
+            check_session(session.path)
+        with pytest.raises(SessionError, match="has the session open"):
+            salvage(session.path, tmp_path / "t.georibbon")
+    assert check_session(tmp_path / "live.georibbon").verdict == "fine"
+    salvage(tmp_path / "live.georibbon", tmp_path / "t.georibbon")
+    check_same(held(tmp_path / "t.georibbon"), held(tmp_path / "live.georibbon"), 2)
 
 
 VERSION_1 = old.VERSION_1.read_bytes()

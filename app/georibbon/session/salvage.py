@@ -3,7 +3,6 @@
 import contextlib
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -14,14 +13,13 @@ from georibbon.errors import RecordingError, SessionError
 from georibbon.session.carving import Carving, carved
 from georibbon.session.chunks import Chunk, DamagedError, joined
 from georibbon.session.counts import check_readings
-from georibbon.session.database import fill, read_chunks
-from georibbon.session.file import check_place
-from georibbon.session.files import built_file
+from georibbon.session.database import read_chunks
 from georibbon.session.lock import holder
 from georibbon.session.reading import Contents, check_file, contents, frames_of, reading
 from georibbon.session.restoration import Restoration, restore
 from georibbon.session.schema import APPLICATION_ID, VERSION
 from georibbon.session.state import SessionState
+from georibbon.session.store import check_place, create
 from georibbon.session.words import counted, told
 
 Verdict = Literal["fine", "not closed", "damaged", "salvaged"]
@@ -94,21 +92,13 @@ def salvage(path: Path, target: Path) -> Checkup:
         foreign = error
     with _restored(path, foreign) as made:
         try:
-            _write(target, made)
-        except (sqlite3.Error, DamagedError) as error:
-            raise SessionError(f"{target}: it cannot be written ({error})") from error
+            create(target, made.events, made.chunks())
+        except DamagedError as error:
+            raise SessionError(f"{path.name}: {error}; close what writes to it") from error
     found = _read_wholly(target)
     message = f"{target.name}: all that can be read of {path.name}"
     frames = sum(found.sizes.values())
     return _checkup(target, "salvaged", message, frames, found.state, made.lost)
-
-
-def _write(target: Path, made: Restoration) -> None:
-    with (
-        built_file(target, SessionError) as built,
-        closing(sqlite3.connect(built, isolation_level=None)) as database,
-    ):
-        fill(database, made.events, made.chunks())
 
 
 def _checkup(
