@@ -3,7 +3,7 @@
 The fit starts from the shape of a moment before, which takes a few steps.  Such
 a fit can be caught in a false minimum, or left behind when the ribbon is lifted
 and laid elsewhere: the cost of the readings then rises, and all starts are tried
-anew.  That takes longer, so it is done only so often.
+anew, one with each update, so that no update takes long.
 """
 
 from dataclasses import dataclass, replace
@@ -16,10 +16,21 @@ from georibbon.capture.disturbance import Disturbed, expected_without, find_dist
 from georibbon.errors import FitError
 from georibbon.fitting.candidates import find_candidates
 from georibbon.fitting.capture import LEAST_ACCELEROMETERS, LEAST_MAGNETOMETERS
-from georibbon.fitting.grid import differentiate_positions, integrate_frames, make_grid
+from georibbon.fitting.grid import (
+    Shape,
+    differentiate_positions,
+    integrate_frames,
+    make_grid,
+)
 from georibbon.fitting.placing import AMBIGUOUS_WITHIN
 from georibbon.fitting.sensing import Noise, SensorArray, observe
-from georibbon.fitting.smoothing import information_density, length_of_weight, weight_of_length
+from georibbon.fitting.smoothing import (
+    best_lengths,
+    information_density,
+    length_of_weight,
+    weight_of_length,
+)
+from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
     StripProblem,
     Strips,
@@ -38,12 +49,12 @@ from georibbon.stillness import FULL_SCALE
 from georibbon.threads import one_thread
 from georibbon.world import field_direction
 
-WARM_STEPS = 6
-# The readings' cost scatters by about ten from laying to laying; a rise by more than this is
-# no scatter.
-RISEN = 40.0
+WARM_STEPS, RIVAL_STEPS = 6, 12
+# The readings' cost scatters by about ten from laying to laying, and more while the ribbon is
+# moved; a rise by more than this, and this share, is no scatter.
+RISEN, RISEN_SHARE = 40.0, 0.5
 POOR = 3.0  # the readings' cost for each axis, about 0.7 where all is as assumed
-SOON, OFTEN = 20, 100  # updates from one trial of all starts to the next: where lost, where not
+SOON, OFTEN = 20, 100  # updates from one trial of starts to the next: where lost, where not
 SAME_SHAPE = 0.1  # shapes whose frames differ nowhere by more (about 6 degrees) are one
 # As much may frames differ from one update to the next (about 3 degrees: one frame is noisy).
 SETTLED = 0.05
@@ -92,9 +103,10 @@ class LiveFit:
         self._noise = replace(usual, contact=contact)
         self._strips: Strips | None = None
         self._frames: FloatArray | None = None
-        self._ambiguous = False
-        self._since = 0  # updates since all starts were tried
-        self._usual = np.inf  # the least cost of the readings since then
+        self._rivals: list[Shape] = []  # starts that are still to be tried
+        self._since = 0  # updates since they were found
+        self._usual = np.inf  # the least cost of the readings since all were tried
+        self._lost = self._twin = self._ambiguous = False
 
     def update(
         self, mean: FloatArray, sigma: FloatArray, smoothing: float | None = None
@@ -110,8 +122,8 @@ class LiveFit:
         """
         with one_thread():
             problem = self._problem(mean, sigma)
-            strips, lost = self._follow(problem, smoothing)
-            return self._told(problem, strips, lost)
+            self._strips = self._follow(problem, smoothing)
+            return self._told(problem, self._strips)
 
     def _problem(self, mean: FloatArray, sigma: FloatArray) -> StripProblem:
         with np.errstate(invalid="ignore"):
@@ -129,47 +141,70 @@ class LiveFit:
                 )
         return StripProblem(self._grid, self._array, observed, self._vectors, self._noise)
 
-    def _follow(self, problem: StripProblem, smoothing: float | None) -> tuple[Strips, bool]:
-        """The strip from where it was, or from all starts; whether it seems to be lost."""
+    def _follow(self, problem: StripProblem, smoothing: float | None) -> Strips:
+        """The strip from where it was, or the one from another start that fits better."""
         self._since += 1
         if self._strips is None:
-            strips, lost = self._search(problem, smoothing, None), False
+            return self._begin(problem, smoothing)
+        weight = self._strips.smoothing
+        if smoothing is not None:
+            weight = weight_of_length(np.array([smoothing]), information_density(problem))
+        strips = fit_strips(problem, self._strips.shape, weight, WARM_STEPS)
+        if self._rivals:
+            strips = self._rival(problem, strips)
+            if not self._rivals:
+                strips = self._tried(problem, strips, smoothing)
         else:
-            weight = self._strips.smoothing
-            if smoothing is not None:
-                weight = weight_of_length(np.array([smoothing]), information_density(problem))
-            strips = fit_strips(problem, self._strips.shape, weight, WARM_STEPS)
-            cost = _readings_cost(strips)
-            lost = cost > self._usual + RISEN
-            poor = cost > POOR * self._axes(problem)
-            if self._since >= (SOON if lost or poor else OFTEN):
-                strips, lost = self._search(problem, smoothing, strips), False
-        self._strips = strips
-        self._usual = min(self._usual, _readings_cost(strips))
-        return strips, lost
+            self._look(problem, strips)
+        return strips
 
-    def _search(
-        self, problem: StripProblem, smoothing: float | None, warm: Strips | None
-    ) -> Strips:
-        """The best of all minima, or that where the strip already is, if it is about as good."""
+    def _begin(self, problem: StripProblem, smoothing: float | None) -> Strips:
+        """The first curve: all starts at once, however long it takes."""
         asked = np.array([np.nan if smoothing is None else smoothing])
         found = find_candidates(problem, asked)[0]
-        near = found.cost <= found.cost[0] + AMBIGUOUS_WITHIN
-        self._ambiguous, self._since, self._usual = bool(near.sum() > 1), 0, np.inf
-        if warm is None:
-            return found.take([0])
-        frames = integrate_frames(self._grid, found.shape)
-        away = np.abs(frames - integrate_frames(self._grid, warm.shape)).max(axis=(1, 2, 3))
-        same = np.flatnonzero(near & (away <= SAME_SHAPE))
-        if len(same):
-            return found.take([int(same[0])])
-        return warm if warm.cost[0] < found.cost[0] else found.take([0])
+        self._ambiguous = bool(np.sum(found.cost <= found.cost[0] + AMBIGUOUS_WITHIN) > 1)
+        strips = found.take([0])
+        self._usual = _readings_cost(strips)
+        return strips
+
+    def _look(self, problem: StripProblem, strips: Strips) -> None:
+        """Whether the readings still cost about what they did; if not, or now and then: starts."""
+        cost = _readings_cost(strips)
+        self._lost = cost > self._usual + max(RISEN, RISEN_SHARE * self._usual)
+        poor = cost > POOR * self._axes(problem)
+        self._usual = min(self._usual, cost)
+        if self._since >= (SOON if self._lost or poor else OFTEN):
+            starts = find_starts(problem).shape
+            self._rivals = [starts.take([k]) for k in range(len(starts.start))]
+            self._since, self._twin = 0, False
+
+    def _rival(self, problem: StripProblem, strips: Strips) -> Strips:
+        """The better one of the strip and that from the next start, fitted to the same readings."""
+        start = self._rivals.pop(0)
+        rival = fit_strips(problem, start, strips.smoothing, RIVAL_STEPS)
+        gain = float(strips.cost[0] - rival.cost[0])
+        if gain > AMBIGUOUS_WITHIN:
+            self._twin = False
+            return rival
+        if gain > -AMBIGUOUS_WITHIN:
+            frames = (integrate_frames(self._grid, one.shape) for one in (strips, rival))
+            self._twin |= bool(np.abs(np.subtract(*frames)).max() > SAME_SHAPE)
+        return strips
+
+    def _tried(self, problem: StripProblem, strips: Strips, smoothing: float | None) -> Strips:
+        """All starts have been tried: what the readings cost now is usual here."""
+        self._lost, self._ambiguous = False, self._twin
+        self._usual = _readings_cost(strips)
+        if smoothing is None:
+            length = best_lengths(problem, strips)
+            return replace(strips, smoothing=weight_of_length(length, information_density(problem)))
+        return strips
 
     def _axes(self, problem: StripProblem) -> int:
         """How many axes say something."""
         return int(self._array.axes[problem.observations.present[0]].sum())
 
-    def _told(self, problem: StripProblem, strips: Strips, lost: bool) -> LiveCurve:
+    def _told(self, problem: StripProblem, strips: Strips) -> LiveCurve:
         white = whiten(problem, strips.shape)
         linear = linearise(problem, strips.shape, white)
         points, moves = differentiate_positions(self._grid, strips.shape, linear.turns)
@@ -196,7 +231,7 @@ class LiveFit:
             smoothing=float(length_of_weight(strips.smoothing[0], information_density(problem))),
             disturbed=find_disturbed(self._ribbon, problem, expected),
             ambiguous=self._ambiguous,
-            settled=same and not lost,
+            settled=bool(same and not self._lost),
         )
 
 
