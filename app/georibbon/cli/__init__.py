@@ -27,6 +27,7 @@ COMMANDS = {
     "virtual": ("virtual", "be a ribbon on a virtual surface, on a port of this machine"),
     "ports": ("ports", "list the serial ports on which a ribbon may hang"),
     "record": ("record", "record what a ribbon says into a CSV file or a session"),
+    "capture": ("capture", "capture an object step by step into a session"),
     "info": ("sessions", "tell what a recording or session holds"),
     "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),

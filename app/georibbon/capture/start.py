@@ -1,0 +1,91 @@
+"""Where a capture begins: a new session with its plan, or one to go on with."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from georibbon.capture.plan import CapturePlan, check_survey
+from georibbon.errors import SessionError
+from georibbon.ribbon import Ribbon
+from georibbon.session.files import kind_of
+from georibbon.session.outline import ribbon_table
+from georibbon.session.session import Session
+
+
+def open_capture(
+    path: Path, ribbon: Ribbon, plan: CapturePlan | None
+) -> tuple[Session, CapturePlan]:
+    """The session at a path, new or to go on with, and what is planned in it.
+
+    plan: None for the session's own, or the usual one where it is new.  Raises
+    SessionError where the session is of another ribbon or can only be read, and
+    SettingsError where the plan's survey cannot be meant on this ribbon.
+    """
+    if kind_of(path) == "nothing":
+        return _new(path, ribbon, plan or CapturePlan())
+    session = Session.open(path)
+    try:
+        return session, _again(session, ribbon, plan)
+    except BaseException:
+        session.close()
+        raise
+
+
+def _new(path: Path, ribbon: Ribbon, plan: CapturePlan) -> tuple[Session, CapturePlan]:
+    _check(plan, ribbon)
+    session = Session.create(path, ribbon, title=plan.title)
+    try:
+        _write_plan(session, plan)
+    except BaseException:
+        session.close()
+        raise
+    return session, plan
+
+
+def _again(session: Session, ribbon: Ribbon, plan: CapturePlan | None) -> CapturePlan:
+    if session.read_only:
+        why = "; ".join(session.warnings) or "it can only be read"
+        raise SessionError(f"{session.path}: the capture cannot go on: {why}")
+    state = session.state
+    if state.ribbon is None:
+        session.do("ribbon", **ribbon_table(ribbon))
+    else:
+        require_ribbon(state.ribbon, ribbon, session.path.name)
+    if plan is not None:
+        _check(plan, ribbon)
+        _write_plan(session, plan)
+        return plan
+    if state.plan is None:
+        return CapturePlan(poses=0 if state.poses else CapturePlan().poses, passes=0)
+    return CapturePlan(state.plan.poses, state.plan.passes, state.plan.ties, state.title)
+
+
+def require_ribbon(expected: Ribbon, found: Ribbon, name: str) -> None:
+    """Raise SessionError where the ribbon that answers is not the session's."""
+    if found.id != expected.id:
+        raise SessionError(
+            f"{name} is a session of ribbon {expected.id}, and {found.id} answers; connect "
+            f"{expected.id}, or begin a new session"
+        )
+    # The rate may be changed at will; what the columns mean may not.
+    if replace(found, rate=expected.rate) != expected:
+        raise SessionError(
+            f"{name} is a session of ribbon {expected.id} with other sensors than it has now; "
+            "begin a new session"
+        )
+
+
+def _check(plan: CapturePlan, ribbon: Ribbon) -> None:
+    names = [one.name for one in plan.planned_passes]
+    check_survey(plan.survey or {}, ribbon, names, "the plan")
+
+
+def _write_plan(session: Session, plan: CapturePlan) -> None:
+    session.do("plan", poses=plan.poses, passes=plan.passes, ties=plan.ties)
+    if plan.workpiece is not None:
+        heading = plan.workpiece.heading
+        known = {} if heading is None else {"heading": heading}
+        session.do("workpiece", level=plan.workpiece.level, **known)
+    if plan.survey is not None:
+        session.do(
+            "survey", **{key: plan.survey.get(key, []) for key in ("mark", "distance", "crossing")}
+        )

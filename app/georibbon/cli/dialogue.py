@@ -1,0 +1,251 @@
+"""The talk of ``georibbon capture``: readings to the engine, happenings to the terminal."""
+
+import os
+import queue
+import shutil
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from georibbon.capture.engine import Engine, Happening, Live
+from georibbon.capture.verdict import curve_words
+from georibbon.cli.verbs import obey
+from georibbon.errors import GeoribbonError, StorageError
+from georibbon.session.words import counted
+
+if TYPE_CHECKING:
+    from georibbon.device.link import Change, Link
+    from georibbon.session.session import Session
+
+T = TypeVar("T")
+TICK = 0.04  # s: within 50 ms of a frame the person sees what it means
+REDRAW = 0.1
+MOST_READ = 65536  # bytes of one line of words
+MARKS = {"taken": "ok", "refused": "--", "held": "!!", "chosen": "->", "complete": "**"}
+HELP = (
+    "an empty line takes; NAME chooses; skip, undo, redo, add, remove, mark, distance, crossing, "
+    "forget, note, calibrate, auto, status, save, quit: georibbon capture --help tells each"
+)
+
+
+class Dialogue:
+    """One capture over a link into a session, spoken to through lines of text."""
+
+    def __init__(self, link: "Link", session: "Session", engine: Engine) -> None:
+        self._link, self._session, self._engine = link, session, engine
+        self._words = Words()
+        self._changes: queue.SimpleQueue[Change] = queue.SimpleQueue()
+        self._line = StatusLine()
+        self._quit = False
+
+    def run(self, keep_all: bool) -> None:
+        """Talk until the person quits, or all is done and no more words can come."""
+        self._engine.observe(lambda happening: self._line.say(_words_of(happening)))
+        self._link.on_change(self._changes.put)
+        self._words.start()
+        try:
+            self._loop(keep_all)
+        except KeyboardInterrupt:
+            self._line.say("interrupted; the session is closed")
+        finally:
+            self._line.clear()
+            self._rescue()
+
+    def _loop(self, keep_all: bool) -> None:
+        """Frames, changes of the link and words, as they come; a glance at all on every tick."""
+        tap = self._link.recorder()
+        between = self._session.stream(self._engine.ribbon.rate) if keep_all else None
+        while not self._quit:
+            tap.wait(TICK)
+            frames = tap.take()
+            if between is not None:
+                between.append(frames)
+            self._engine.feed(frames)
+            for change in _drained(self._changes):
+                self._engine.link_changed(change.state.value, change.reason, _figures(self._link))
+            for line in self._words.take():
+                self._hear(line)
+            if self._words.ended and self._engine.current is None:
+                return
+            if self._line.due():
+                self._line.show(_glance(self._engine, self._engine.refresh()))
+
+    def _hear(self, line: str) -> None:
+        verb = line.strip().lower()
+        if verb in ("quit", "exit"):
+            self._end()
+        elif verb == "status":
+            self._line.say(status(self._engine))
+        elif verb in ("help", "?"):
+            self._line.say(HELP)
+        else:
+            try:
+                obey(self._engine, line)
+            except GeoribbonError as error:
+                self._line.say(f"not done: {error}")
+
+    def _end(self) -> None:
+        """Quit, unless something would be lost by it."""
+        if self._session.held:
+            self._line.say(
+                f"not everything is on disk: {self._session.storage_error}; say save FILE for "
+                "another place, or save to try here again"
+            )
+        else:
+            self._quit = True
+
+    def _rescue(self) -> None:
+        """What is held in memory goes somewhere before the program ends."""
+        if not self._session.held:
+            return
+        try:
+            self._session.retry()
+        except StorageError:
+            stem = self._session.path.stem
+            place = Path(tempfile.mkdtemp(prefix="georibbon-rescued-")) / f"{stem}.georibbon"
+            self._session.move_to(place)
+            self._line.say(f"what could not be written in its place is safe in {place}")
+
+
+class Words:
+    """Lines from standard input, as they come.
+
+    Read from the descriptor itself by a thread of its own: a thread that waits
+    in Python's buffered input would keep the program from ending.
+    """
+
+    def __init__(self) -> None:
+        self.ended = False
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    def start(self) -> None:
+        """Begin to listen; without a standard input there are no words."""
+        try:
+            descriptor = sys.stdin.fileno()
+        except (AttributeError, OSError, ValueError):
+            self.ended = True
+            return
+        threading.Thread(
+            target=self._listen, args=(descriptor,), name="georibbon words", daemon=True
+        ).start()
+
+    def take(self) -> list[str]:
+        """The lines that came since the last time."""
+        return _drained(self._lines)
+
+    def _listen(self, descriptor: int) -> None:
+        rest = b""
+        while True:
+            try:
+                data = os.read(descriptor, MOST_READ)
+            except OSError:
+                data = b""
+            if not data:
+                break
+            *lines, rest = (rest + data).split(b"\n")
+            rest = rest[:MOST_READ]
+            for line in lines:
+                self._lines.put(line.decode(errors="replace"))
+        if rest:
+            self._lines.put(rest.decode(errors="replace"))
+        self.ended = True
+
+
+class StatusLine:
+    """Lines for a person, and below them one that is drawn over and over on a terminal."""
+
+    def __init__(self) -> None:
+        self._live = sys.stdout.isatty()
+        self._width = 0
+        self._drawn = 0.0
+
+    def due(self) -> bool:
+        """Whether it is time to draw the live line anew."""
+        return self._live and time.monotonic() - self._drawn >= REDRAW
+
+    def show(self, text: str) -> None:
+        """Draw the live line."""
+        self._drawn = time.monotonic()
+        room = shutil.get_terminal_size().columns - 1
+        text = text[:room]
+        sys.stdout.write(f"\r{text}{' ' * max(0, self._width - len(text))}\r")
+        sys.stdout.flush()
+        self._width = len(text)
+
+    def clear(self) -> None:
+        """Wipe the live line."""
+        if self._width:
+            self.show("")
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        self.clear()
+        print(text, flush=True)
+
+
+def status(engine: Engine) -> str:
+    """Every pose, pass and tie, how it stands, and the survey."""
+    marks = {"taken": "x", "skipped": "-", "open": " "}
+    current = engine.current
+    lines = [
+        f"{'>' if current is not None and item.key == current.key else ' '} "
+        f"[{marks[item.status]}] {item.key}: {item.words}"
+        for item in engine.items
+    ]
+    for table, entries in engine.survey_tables().items():
+        lines += [f"  {table} {i}: {_entry(entry)}" for i, entry in enumerate(entries, start=1)]
+    return "\n".join(lines)
+
+
+def summary(engine: Engine, session: "Session") -> str:
+    """What the session holds in the end, and what to do with it."""
+    taken = [item for item in engine.items if item.status == "taken"]
+    poses = sum(item.is_pose for item in taken)
+    left = sum(item.status == "open" for item in engine.items)
+    text = (
+        f"{session.path}: {counted(poses, 'pose')}, "
+        f"{counted(len(taken) - poses, 'pass or tie', 'passes and ties')}"
+    )
+    if left:
+        return f"{text}; {left} still open: the same command goes on with them"
+    return f"{text}; next: georibbon reconstruct {session.path} --report report.html"
+
+
+def _entry(entry: Mapping[str, object]) -> str:
+    return ", ".join(f"{key} {value}" for key, value in entry.items())
+
+
+def _words_of(happening: Happening) -> str:
+    return f"{MARKS.get(happening.kind, '  ')} {happening.message}"
+
+
+def _glance(engine: Engine, live: Live) -> str:
+    """The live line: what is asked for, whether it is still, how well the curve fits."""
+    items = engine.items
+    done = sum(item.status != "open" for item in items)
+    asked = "all done" if engine.current is None else engine.current.key
+    words = f"[{done}/{len(items)}] {asked}"
+    if live.stillness is None:
+        return f"{words} | waiting for frames"
+    words += f" | {live.stillness.state} {live.stillness.seconds:.1f} s"
+    return words if live.curve is None else f"{words} | {curve_words(live.curve)}"
+
+
+def _figures(link: "Link") -> dict[str, object]:
+    """The link's health as a session keeps it."""
+    health = link.health()
+    names = ("frames", "lost", "damaged", "stalls", "reconnects")
+    return {name: getattr(health, name) for name in names}
+
+
+def _drained(lines: "queue.SimpleQueue[T]") -> list[T]:
+    found = []
+    while True:
+        try:
+            found.append(lines.get_nowait())
+        except queue.Empty:
+            return found
