@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     require_ending(arguments.output, (".json",), "a calibration")
     with Outputs([arguments.output], inputs=[arguments.recording]) as outputs:
-        recording = load_source(arguments.recording)
+        recording = load_source(arguments.recording, complete=False)
         with one_thread():
             calibration = calibrate(recording.ribbon, recording.poses)
         write_calibration(calibration, outputs.place(arguments.output))

@@ -20,6 +20,7 @@ from georibbon.export.files import (
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
+    from georibbon.session.source import Loaded
 
 ALL_PASSES = "*"
 
@@ -114,15 +115,21 @@ def _smoothing(text: str) -> tuple[str, float | None]:
 def run(arguments: argparse.Namespace) -> None:
     """Reconstruct, write what was asked for, print the summary."""
     from georibbon.reconstruction import reconstruct
-    from georibbon.session.source import load_source
+    from georibbon.session.source import load
 
     with Outputs(targets(arguments), inputs=(arguments.source, arguments.calibration)) as outputs:
         settings = settings_from(arguments)
         calibration = _calibration(arguments.calibration)
-        recording = load_source(arguments.source)
-        result = reconstruct(recording, settings, calibration)
-        write(result, outputs, arguments, recording.title)
+        loaded = load(arguments.source)
+        settings, used = with_session(settings, loaded, {name for name, _ in arguments.smoothing})
+        if calibration is None and loaded.calibration is not None:
+            calibration = loaded.calibration
+            used.append("from the session: the calibration")
+        result = reconstruct(loaded.recording, settings, calibration)
+        write(result, outputs, arguments, loaded.recording.title)
     print_reconstruction(result)
+    for line in used:
+        print(line)
     for target in outputs.targets:
         unit = f" ({arguments.unit})" if target in arguments.surface else ""
         print(f"written: {target}{unit}")
@@ -171,6 +178,24 @@ def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
         smoothing=smoothing,
         surface=None if arguments.curves and not others else surface,
     )
+
+
+def with_session(
+    settings: "ReconstructionSettings", loaded: "Loaded", asked: set[str]
+) -> tuple["ReconstructionSettings", list[str]]:
+    """The settings, with the session's smoothing where the words ask for none, and what was added.
+
+    asked: the passes whose smoothing the words give, `ALL_PASSES` for all.
+    """
+    if settings.method != "ribbon" or ALL_PASSES in asked:
+        return settings, []
+    added = {name: value for name, value in loaded.smoothing.items() if name not in asked}
+    told = [
+        f"from the session: the smoothing of {'all passes' if name == ALL_PASSES else name}, "
+        f"{1e3 * value:g} mm"
+        for name, value in added.items()
+    ]
+    return replace(settings, smoothing={**settings.smoothing, **added}), told
 
 
 def write(

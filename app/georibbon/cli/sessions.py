@@ -11,12 +11,15 @@ from georibbon.session.words import counted
 
 if TYPE_CHECKING:
     from georibbon.recording import Recording
+    from georibbon.session.describe import Facts
 
 TEXTS = {
     "info": (
         """\
 Tell what a recording folder or a .georibbon session holds: the ribbon, its calibration
-poses, its passes and ties, the survey.  Everything is read and checked on the way.""",
+poses, its passes and ties, the survey; of a session also its notes, what was done and
+when.  Everything is read and checked on the way, and nothing is changed.  A session may
+be unfinished, open in another program, or left by a crash.""",
         """\
 examples:
   georibbon info bonnet-recording
@@ -89,13 +92,26 @@ def export(arguments: argparse.Namespace) -> None:
 
 def info(arguments: argparse.Namespace) -> None:
     """Tell what a source holds."""
-    from georibbon.session.describe import describe, describe_text
-    from georibbon.session.source import load_source
+    from georibbon.session.source import folder_of
 
-    facts = describe(load_source(arguments.source))
-    print(
-        json.dumps(facts, indent=2, ensure_ascii=False) if arguments.json else describe_text(facts)
-    )
+    folder = folder_of(arguments.source)
+    facts, text = _session(arguments.source) if folder is None else _folder(folder)
+    print(json.dumps(facts, indent=2, ensure_ascii=False) if arguments.json else text)
+
+
+def _folder(path: Path) -> tuple["Facts", str]:
+    from georibbon.session.describe import describe, describe_text
+    from georibbon.session.folder import read_recording
+
+    facts = describe(read_recording(path))
+    return facts, describe_text(facts)
+
+
+def _session(path: Path) -> tuple["Facts", str]:
+    from georibbon.session.telling import tell, tell_text
+
+    facts = tell(path)
+    return facts, tell_text(facts)
 
 
 def _contents(recording: "Recording") -> str:

@@ -75,7 +75,7 @@ class Facts(TypedDict):
     """What `georibbon info` tells; every value is one that JSON has."""
 
     title: str | None
-    ribbon: RibbonFacts
+    ribbon: RibbonFacts | None
     poses: list[PoseFacts]
     passes: list[PassFacts]
     survey: SurveyFacts
@@ -121,7 +121,8 @@ def describe_text(facts: Facts) -> str:
         counted(survey["crossings"], "crossing"),
     )
     lines = [] if facts["title"] is None else [facts["title"]]
-    lines.append(_ribbon_line(facts["ribbon"]))
+    ribbon = facts["ribbon"]
+    lines.append("no ribbon yet" if ribbon is None else _ribbon_line(ribbon))
     lines.append(f"survey: {', '.join(observations)}; {_placed(facts['workpiece'])}")
     lines.append(counted(len(facts["poses"]), "calibration pose"))
     width = max((len(pose["name"]) for pose in facts["poses"]), default=0)
@@ -129,7 +130,7 @@ def describe_text(facts: Facts) -> str:
     ties = sum(run["kind"] == "tie" for run in facts["passes"])
     passes = counted(len(facts["passes"]) - ties, "pass", "passes")
     lines.append(f"{passes}, {counted(ties, 'tie')}")
-    width = max(len(run["name"]) for run in facts["passes"])
+    width = max((len(run["name"]) for run in facts["passes"]), default=0)
     lines += [
         f"  {run['name']:<{width}}  {run['kind']:<4}  {_frames_line(run)}"
         for run in facts["passes"]

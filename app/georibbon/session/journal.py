@@ -1,10 +1,10 @@
 """What a session has accepted, on its way into the file: written, or held until it can be.
 
-Used by the session's writer thread alone, but for `error`, which anybody reads.
+Used by the session's writer thread alone, but for `error`, which anybody reads,
+and `lock`.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,13 +32,13 @@ class Journal:
     """The file, what is not in it yet, and the frames that were put into it by this process.
 
     told: called with a sentence when the place fails, with None when it is
-    mended.
+    mended.  lock: the right to write to the file.
     """
 
     def __init__(self, opened: Store, lock: Lock, told: Told) -> None:
         self.error: StorageError | None = None
         self._store = opened
-        self._lock = lock
+        self.lock = lock
         self._told = told
         self._backlog: list[Batch] = []
         self._streams: list[Stream] = []
@@ -75,14 +75,17 @@ class Journal:
         except StorageError as error:
             self._fail(error)
             raise
-        if self.error is not None:
-            self.error = None
-            self._told(None)
+        self._mended()
 
     def _write_backlog(self) -> None:
         events = [event for batch in self._backlog for event in batch.events]
         self._store.write(events, [chunk for batch in self._backlog for chunk in batch.chunks])
         self._backlog.clear()
+
+    def _mended(self) -> None:
+        if self.error is not None:
+            self.error = None
+            self._told(None)
 
     def _fail(self, error: StorageError) -> None:
         new = self.error is None or str(self.error) != str(error)
@@ -111,20 +114,25 @@ class Journal:
         """
         moved = moving.gathered(events, self._store, self._kept, self._streams)
         store.create(path, moved.events, moved.chunks())
-        opened = Store(path)
+        try:
+            opened = Store(path)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
         self._store.close()
-        with suppress(OSError):
-            self._lock.release()
-        self._store, self._lock = opened, lock
+        self._store.tidy()
+        if lock is not self.lock:
+            self.lock.release()
+        self._store, self.lock = opened, lock
         self._backlog.clear()
         for stream in self._streams:
-            stream.moved(moved.bases.get(stream.part, stream.base))
-        self._kept = {part: kept for part, kept in self._kept.items() if part not in moved.lost}
-        self.flush()
+            if stream.part in moved.ends:
+                stream.done(moved.ends[stream.part])
+        self._mended()
         return moved
 
     def close(self) -> bool:
         """Close the file and give the right to write back; False where it is not one plain file."""
         plain = self._store.close()
-        self._lock.release()
+        self.lock.release()
         return plain

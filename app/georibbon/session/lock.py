@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from georibbon.errors import SessionError
@@ -50,15 +51,18 @@ class Lock:
         self.session = path.resolve()
         self._file = lock_file(path)
         self._descriptor = _acquired(self._file, path)
-        self._owner = os.getpid()
-        text = json.dumps({"process": self._owner, "since": now()})
-        os.ftruncate(self._descriptor, 0)
-        os.write(self._descriptor, text.encode())
+        self._held = True
+        with suppress(OSError):  # on a full disk the lock holds all the same
+            os.ftruncate(self._descriptor, 0)
+            os.write(self._descriptor, _told_owner())
         with _here_lock:
             _here.add(self.session)
 
     def release(self) -> None:
-        """Give the right back and remove the lock file."""
+        """Give the right back and remove the lock file; once is enough."""
+        if not self._held:
+            return
+        self._held = False
         with _here_lock:
             _here.discard(self.session)
         if sys.platform == "win32":
@@ -126,6 +130,10 @@ def _still(descriptor: int, file: Path) -> bool:
         return os.path.samestat(os.fstat(descriptor), file.stat())
     except OSError:
         return False
+
+
+def _told_owner() -> bytes:
+    return json.dumps({"process": os.getpid(), "since": now()}).encode()
 
 
 def _owner(file: Path) -> str:

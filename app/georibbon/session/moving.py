@@ -9,7 +9,7 @@ from georibbon.session.chunks import Chunk
 from georibbon.session.events import Event
 from georibbon.session.state import SessionState, advance, fold, parts_of
 from georibbon.session.store import Store
-from georibbon.session.stream import Stream
+from georibbon.session.stream import Stream, Work
 from georibbon.session.words import counted
 
 Kept = Mapping[int, tuple[Chunk, ...]]
@@ -20,8 +20,8 @@ class Moved:
     """What a new file gets.
 
     lost: the parts that cannot be read any more, whose events are left out;
-    told: a sentence for each loss.  bases: of each growing stream, the place
-    after its full chunks in the new file; known when `chunks` has come to its end.
+    told: a sentence for each loss.  ends: how each growing stream stands in
+    the new file; known when `chunks` has come to its end.
     """
 
     events: tuple[Event, ...]
@@ -31,7 +31,7 @@ class Moved:
     store: Store
     kept: Kept
     streams: Sequence[Stream]
-    bases: dict[int, int] = field(default_factory=dict)
+    ends: dict[int, Work] = field(default_factory=dict)
 
     def chunks(self) -> Iterator[Chunk]:
         """All chunks, one by one; StorageError where one was readable before and is no more."""
@@ -58,11 +58,19 @@ class Moved:
                 yield replace(chunk, place=place)
                 place += 1
         if growing is not None:
-            self.bases[part] = place
-            yield from growing.rebased(place)
+            yield from self._growing(growing, place)
         if failed:
             pieces = counted(failed, "piece")
             self.told.append(f"{pieces} of the frames in stream {part} could not be read any more")
+
+    def _growing(self, stream: Stream, place: int) -> Iterator[Chunk]:
+        """What of a stream is in memory: its small chunks, and the frames that wait."""
+        last = None
+        for last in stream.merging(place):
+            yield from last.chunks[: len(last.chunks) - len(last.tail)]
+        if last is not None:
+            yield from last.tail
+            self.ends[stream.part] = last
 
 
 def gathered(events: Sequence[Event], store: Store, kept: Kept, streams: Sequence[Stream]) -> Moved:

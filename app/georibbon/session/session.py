@@ -89,10 +89,12 @@ class Session:
         try:
             store.create(path, events, ())
             found = Contents(VERSION, events, state, {}, closed=False)
-            return cls(path, found, lock, place_warnings(path))
+            session = cls(path, found, lock, place_warnings(path))
         except BaseException:
             lock.release()
             raise
+        session._changed = True
+        return session
 
     @classmethod
     def open(cls, path: Path, *, read_only: bool = False) -> Self:
@@ -305,13 +307,21 @@ class Session:
         with self._doing:
             journal = self._writable()
             check_place(path)
+            same = path.resolve() == self.path.resolve()
+            if same:  # where the file was removed from
+                journal.lock.release()
+            elif self._changed and not self.held:
+                self._accept("closed", {"frames": self._writer.call(journal.frames)})
             lock = _locked(path)
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
             try:
                 found = self._writer.call(lambda: journal.move(path, lock, events))
             except BaseException:
-                lock.release()
+                if same:
+                    journal.lock = lock
+                else:
+                    lock.release()
                 raise
             self.path, self.state = path, found.state
             self.warnings = (*place_warnings(path), *found.told)

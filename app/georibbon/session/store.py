@@ -196,6 +196,14 @@ class Store:
             self._database.close()
         return plain
 
+    def tidy(self) -> None:
+        """Remove the log of a file that is not there any more: beside another it would harm it."""
+        ours = self._log_identity is not None and _identity(self._log) == self._log_identity
+        if self.gone and ours:
+            with suppress(OSError):
+                self._log.unlink()
+                Path(f"{self._place}-shm").unlink(missing_ok=True)
+
     def _plain(self) -> bool:
         self._database.execute(f"PRAGMA busy_timeout = {int(1000 * _WAIT)}")
         self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -2,8 +2,8 @@
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -32,7 +32,7 @@ class FrameLike(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What the next transaction does for a stream, and how the stream stands after it.
+    """What a transaction does for a stream, and how the stream stands after it.
 
     cuts: (part, place), see `Store.write`.  taken: how many of the waiting
     blocks, with so many frames, it writes.  base: the place of the first small
@@ -126,21 +126,47 @@ class Stream:
 
     def work(self) -> Work | None:
         """What there is to write.  Called by the writer."""
-        with self._lock:
-            blocks = _some(self._waiting)
+        blocks = self._some(0)
         if not blocks and not (self._ended and len(self._tail) > 1):
             return None
-        columns, taken = len(self._columns), sum(block.frames for block in blocks)
         ahead = sum(chunk.frames for chunk in self._tail)
-        if ahead + taken < FRAMES and not self._ended:
-            place = self._base + len(self._tail)
-            chunks = tuple(pack(_joined(blocks, columns), self.part, place))
-            tail = (*self._tail, *chunks)
-            return Work((), chunks, len(blocks), taken, self._base, tail)
-        chunks = tuple(pack(_joined([*self._tail, *blocks], columns), self.part, self._base))
+        taken = sum(block.frames for block in blocks)
+        if ahead + taken >= FRAMES or self._ended:
+            start = Work((), (), 0, 0, self._base, self._tail)
+            return self._merged(start, blocks)
+        place = self._base + len(self._tail)
+        chunks = tuple(pack(self._joined(blocks), self.part, place))
+        return Work((), chunks, len(blocks), taken, self._base, (*self._tail, *chunks))
+
+    def merging(self, base: int) -> Iterator[Work]:
+        """Steps that put everything from its first small chunk on into another file.
+
+        base: the place of the first of its chunks there.  Every step's full
+        chunks are all but its tail; the last one's tail is the stream's end
+        there, and `done` takes it.  Called by the writer.
+        """
+        work = Work((), (), 0, 0, base, self._tail)
+        blocks = self._some(0)
+        while blocks or work.tail:
+            work = self._merged(work, blocks)
+            yield work
+            blocks = self._some(work.taken)
+            if not blocks:
+                return
+
+    def _merged(self, before: Work, blocks: Sequence[Chunk]) -> Work:
+        """What follows on `before`: its small chunks and some blocks in as few chunks as can be."""
+        readings = self._joined([*before.tail, *blocks])
+        chunks = tuple(pack(readings, self.part, before.base))
         full = sum(chunk.frames == FRAMES for chunk in chunks)
-        cuts = ((self.part, self._base),)
-        return Work(cuts, chunks, len(blocks), taken, self._base + full, chunks[full:])
+        return Work(
+            ((self.part, before.base),),
+            chunks,
+            before.taken + len(blocks),
+            before.frames + sum(block.frames for block in blocks),
+            before.base + full,
+            chunks[full:],
+        )
 
     def done(self, work: Work) -> None:
         """The work is durable.  Called by the writer."""
@@ -154,13 +180,20 @@ class Stream:
         """The place of the first chunk that is not full.  For the writer."""
         return self._base
 
-    def rebased(self, base: int) -> tuple[Chunk, ...]:
-        """The small chunks at its end, to be put from another place on.  For the writer."""
-        return tuple(_placed(chunk, base + i) for i, chunk in enumerate(self._tail))
+    def _some(self, start: int) -> list[Chunk]:
+        """The blocks that wait, from one on, of not many more frames than a transaction takes."""
+        with self._lock:
+            waiting = self._waiting[start:]
+        frames = 0
+        for count, block in enumerate(waiting):
+            if frames >= MOST_AT_ONCE:
+                return waiting[:count]
+            frames += block.frames
+        return waiting
 
-    def moved(self, base: int) -> None:
-        """The file is another one, where the full chunks end at another place.  For the writer."""
-        self._tail, self._base = self.rebased(base), base
+    def _joined(self, blocks: Sequence[Chunk]) -> Readings:
+        placed = [replace(block, place=i) for i, block in enumerate(blocks)]
+        return joined(placed, len(self._columns))
 
 
 def _readings(frames: Sequence[FrameLike]) -> Readings:
@@ -168,21 +201,3 @@ def _readings(frames: Sequence[FrameLike]) -> Readings:
     counts = np.array([frame.counts for frame in frames]).astype(np.float64)
     counts[counts == _LOST] = np.nan
     return Readings(t, counts)
-
-
-def _some(waiting: list[Chunk]) -> list[Chunk]:
-    """The first blocks that wait, of not many more frames than a transaction takes."""
-    frames = 0
-    for count, block in enumerate(waiting):
-        if frames >= MOST_AT_ONCE:
-            return waiting[:count]
-        frames += block.frames
-    return waiting[:]
-
-
-def _joined(blocks: Sequence[Chunk], columns: int) -> Readings:
-    return joined([_placed(block, i) for i, block in enumerate(blocks)], columns)
-
-
-def _placed(chunk: Chunk, place: int) -> Chunk:
-    return Chunk(chunk.part, place, chunk.frames, chunk.width, chunk.t, chunk.counts)
