@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 import tty
+from collections import deque
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from georibbon.device.frames import pack_frame
 from georibbon.device.identity import Identity, write_identity
 from georibbon.device.packets import DONE, FRAME, IDENTITY, MESSAGE, Packet, encode
+from georibbon.errors import DeviceError
 from georibbon.ribbon import Ribbon, Sensor
 
 RIBBON = Ribbon(
@@ -49,20 +51,22 @@ class FakeRibbon:
     """Answers commands, and sends a frame whenever it is due; `serve` ends a connection's turn.
 
     `sent` counts the packets it has numbered, `frames` those of them that are
-    frames; its clock and its numbers go on while nobody listens, if it has
-    `battery`, else they begin anew with every connection.
+    frames.  With a `battery` it goes on while nobody listens; without one it
+    begins anew with every connection.
     """
 
     def __init__(self, ribbon=RIBBON, battery=True, answers=True):
         self.ribbon, self.battery, self.answers = ribbon, battery, answers
         self.sequence, self.frames, self.sent = 0, 0, 0
-        self.mute, self.deaf = threading.Event(), threading.Event()
+        self.clocks = []  # of the frames, in microseconds
+        self.mute = threading.Event()
         self.damage = set()  # sequence numbers whose packets are sent damaged
         self.drop = set()  # and those that are not sent at all
+        self.says = deque()  # (type, payload) of packets to be sent besides
         self.commands = []
         self._born = time.monotonic()
         self._streaming = False
-        self._next = 0.0
+        self._next = self._born
         self._rest = b""
         self._ends = threading.Event()
         self._thread = None
@@ -79,7 +83,8 @@ class FakeRibbon:
     def frame(self):
         self.frames += 1
         counts = np.full(len(self.ribbon.columns), self.frames % 30000, dtype=np.int16)
-        return self.packet(FRAME, pack_frame(round((time.monotonic() - self._born) * 1e6), counts))
+        self.clocks.append(round((self._next - self._born) * 1e6))
+        return self.packet(FRAME, pack_frame(self.clocks[-1], counts))
 
     def take(self, data):
         """What the ribbon says to these bytes from the host."""
@@ -103,11 +108,18 @@ class FakeRibbon:
         return self.packet(DONE, line.encode())
 
     def due(self):
-        """The frames that are due by now."""
+        """What is due by now."""
         out = []
-        while self._streaming and not self.mute.is_set() and time.monotonic() >= self._next:
+        while self.says:
+            out.append(self.packet(*self.says.popleft()))
+        return b"".join(out) + self._frames()
+
+    def _frames(self):
+        out = []
+        while self._streaming and time.monotonic() >= self._next:
+            if not self.mute.is_set():
+                out.append(self.frame())
             self._next += 1.0 / self.ribbon.rate
-            out.append(self.frame())
         return b"".join(out)
 
     def _serve(self, read, write):
@@ -115,13 +127,19 @@ class FakeRibbon:
             while not self._ends.is_set():
                 write(self.take(read(0.001)) + self.due())
 
+    def begin(self):
+        """A connection is there: what was due before went nowhere."""
+        self._rest = b""
+        if self.battery:
+            self._frames()
+        else:
+            self._streaming, self.sequence, self._born = False, 0, time.monotonic()
+
     def connect(self, read, write):
         """Serve one connection in a thread; read(seconds) and write(bytes) are its line."""
-        if not self.battery:
-            self._streaming, self.sequence, self._born = False, 0, time.monotonic()
-        self._rest = b""
+        self.begin()
         self._ends.clear()
-        self._thread = threading.Thread(target=self._serve, args=(read, write), name="fake ribbon")
+        self._thread = threading.Thread(target=self._serve, args=(read, write), daemon=True)
         self._thread.start()
 
     def disconnect(self):
@@ -129,6 +147,32 @@ class FakeRibbon:
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+
+
+class DirectPort:
+    """A port with a ribbon in it: no cable, no thread."""
+
+    def __init__(self, ribbon):
+        self._ribbon, self._answers = ribbon, b""
+        self.gone, self.closed = threading.Event(), threading.Event()
+        ribbon.begin()
+
+    def read(self):
+        time.sleep(0.001)
+        if self.gone.is_set():
+            raise DeviceError("the port vanished")
+        data, self._answers = self._answers, b""
+        return data + self._ribbon.due()
+
+    def write(self, data):
+        self._answers += self._ribbon.take(data)
+        return True
+
+    def drop(self):
+        self._answers = b""
+
+    def close(self):
+        self.closed.set()
 
 
 class PtyCable:
@@ -174,7 +218,7 @@ class TcpCable:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
         self._connection = None
-        self._thread = threading.Thread(target=self._accept, name="fake listener")
+        self._thread = threading.Thread(target=self._accept, daemon=True)
         self._thread.start()
 
     def _accept(self):

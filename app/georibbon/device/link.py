@@ -187,6 +187,8 @@ class Link:
                 self._converse(name, Wire(port, self._counts))
             finally:
                 port.close()
+                if self._answers == before:
+                    self._finder.silent()
         except OtherRibbonError as error:
             if str(error) != self._failure:
                 self._listeners.happened("refused", str(error))

@@ -258,6 +258,7 @@ class Finder:
         self._url = url
         self._listing = listing
         self._known: PortInfo | None = None
+        self._silent = 0
 
     def names(self) -> tuple[str, ...]:
         """What to open, the most likely first."""
@@ -268,10 +269,17 @@ class Finder:
         # The url itself names it still where it is the same device, or a link to it.
         if not same or any(_same_place(self._url, device) for device in same):
             return (self._url,)
-        return (*same, self._url)
+        # A device may have several ports: another one is tried where one said nothing.
+        first = self._silent % len(same)
+        return (*same[first:], *same[:first], self._url)
+
+    def silent(self) -> None:
+        """Nothing answered under the first of the names."""
+        self._silent += 1
 
     def opened(self, name: str) -> None:
         """Remember the device that answered under a name."""
+        self._silent = 0
         if "://" in name:
             return
         found = [port for port in self._listed() if _same_place(name, port.device)]

@@ -151,5 +151,6 @@ def missing(gap: int, elapsed: float, rate: float) -> int:
     """How many packets are missing, from their number modulo 65536 and the seconds gone by."""
     expected = elapsed * rate
     whole = gap + SEQUENCES * max(round((expected - gap) / SEQUENCES), 0)
-    explained = abs(whole - expected) <= 0.02 * expected + _PAUSE * rate + _EXTRA
-    return whole if explained else gap
+    # Numbers that go on where they stopped are a pause, unless the time fits to a second.
+    allowed = rate + 2 if gap < _EXTRA else 0.02 * expected + _PAUSE * rate + _EXTRA
+    return whole if abs(whole - expected) <= allowed else gap
