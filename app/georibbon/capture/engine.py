@@ -140,12 +140,15 @@ class Engine:
         self._recent.clear()
         self._stillness = None
 
-    def link_changed(self, state: str, reason: str, health: Mapping[str, object]) -> None:
-        """Keep a change of the link in the session, and tell it."""
-        if state != "streaming":
+    def link_news(self, entry: Mapping[str, object]) -> None:
+        """Keep what happened to the link in the session, and tell it.
+
+        entry: of a `LinkDiary`: state, reason and the link's figures.
+        """
+        if entry["state"] != "streaming":
             self.interrupted()
-        self._write(lambda: self.session.do("link", state=state, reason=reason, **health))
-        self._tell("link", None, f"{state}: {reason}")
+        self._write(lambda: self.session.do("link", **entry))
+        self._tell("link", None, f"{entry['state']}: {entry['reason']}")
 
     # -- verbs --------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from georibbon.capture.plan import CapturePlan, check_survey
+from georibbon.device.identity import Identity
 from georibbon.errors import SessionError
 from georibbon.ribbon import Ribbon
 from georibbon.session.files import kind_of
@@ -12,7 +13,7 @@ from georibbon.session.session import Session
 
 
 def open_capture(
-    path: Path, ribbon: Ribbon, plan: CapturePlan | None
+    path: Path, identity: Identity, plan: CapturePlan | None
 ) -> tuple[Session, CapturePlan]:
     """The session at a path, new or to go on with, and what is planned in it.
 
@@ -21,19 +22,20 @@ def open_capture(
     SettingsError where the plan's survey cannot be meant on this ribbon.
     """
     if kind_of(path) == "nothing":
-        return _new(path, ribbon, plan or CapturePlan())
+        return _new(path, identity, plan or CapturePlan())
     session = Session.open(path)
     try:
-        return session, _again(session, ribbon, plan)
+        return session, _again(session, identity, plan)
     except BaseException:
         session.close()
         raise
 
 
-def _new(path: Path, ribbon: Ribbon, plan: CapturePlan) -> tuple[Session, CapturePlan]:
-    _check(plan, ribbon)
-    session = Session.create(path, ribbon, title=plan.title)
+def _new(path: Path, identity: Identity, plan: CapturePlan) -> tuple[Session, CapturePlan]:
+    _check(plan, identity.ribbon)
+    session = Session.create(path, title=plan.title)
     try:
+        _write_ribbon(session, identity)
         _write_plan(session, plan)
     except BaseException:
         session.close()
@@ -41,15 +43,15 @@ def _new(path: Path, ribbon: Ribbon, plan: CapturePlan) -> tuple[Session, Captur
     return session, plan
 
 
-def _again(session: Session, ribbon: Ribbon, plan: CapturePlan | None) -> CapturePlan:
+def _again(session: Session, identity: Identity, plan: CapturePlan | None) -> CapturePlan:
     if session.read_only:
         why = "; ".join(session.warnings) or "it can only be read"
         raise SessionError(f"{session.path}: the capture cannot go on: {why}")
-    state = session.state
-    if state.ribbon is None:
-        session.do("ribbon", **ribbon_table(ribbon))
-    else:
+    state, ribbon = session.state, identity.ribbon
+    if state.ribbon is not None:
         require_ribbon(state.ribbon, ribbon, session.path.name)
+    if state.ribbon != ribbon:  # the rate may have changed since
+        _write_ribbon(session, identity)
     if plan is not None:
         _check(plan, ribbon)
         _write_plan(session, plan)
@@ -77,6 +79,10 @@ def require_ribbon(expected: Ribbon, found: Ribbon, name: str) -> None:
 def _check(plan: CapturePlan, ribbon: Ribbon) -> None:
     names = [one.name for one in plan.planned_passes]
     check_survey(plan.survey or {}, ribbon, names, "the plan")
+
+
+def _write_ribbon(session: Session, identity: Identity) -> None:
+    session.do("ribbon", **ribbon_table(identity.ribbon), firmware=identity.firmware)
 
 
 def _write_plan(session: Session, plan: CapturePlan) -> None:

@@ -10,8 +10,9 @@ from georibbon.export.files import require_ending
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
+    from georibbon.capture.link_diary import LinkDiary
     from georibbon.capture.plan import CapturePlan
-    from georibbon.device.link import Link
+    from georibbon.device.ring import Tap
     from georibbon.session.session import Session
 
 DESCRIPTION = """\
@@ -90,6 +91,7 @@ def configure(_name: str, parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Connect, open the session, talk until it ends."""
+    from georibbon.capture.link_diary import LinkDiary
     from georibbon.capture.start import open_capture
     from georibbon.device.link import Link
     from georibbon.session.calibration_file import read_calibration
@@ -98,18 +100,17 @@ def run(arguments: argparse.Namespace) -> None:
     plan = _plan(arguments)
     given = None if arguments.calibration is None else read_calibration(arguments.calibration)
     link = Link(arguments.url, rate=arguments.rate, baudrate=arguments.baud)
-    link.start()
-    try:
-        ribbon = link.wait_for_identity(IDENTITY_SECONDS).ribbon
-        session, plan = open_capture(arguments.output, ribbon, plan)
+    diary, tap = LinkDiary(link), link.recorder()
+    with link:
+        identity = link.wait_for_identity(IDENTITY_SECONDS)
+        session, plan = open_capture(arguments.output, identity, plan)
         with session:
-            _talk(link, session, plan, given, arguments)
-    finally:
-        link.stop()
+            _talk(tap, diary, session, plan, given, arguments)
 
 
 def _talk(
-    link: "Link",
+    tap: "Tap",
+    diary: "LinkDiary",
     session: "Session",
     plan: "CapturePlan",
     calibration: "Calibration | None",
@@ -126,7 +127,7 @@ def _talk(
         engine.use_calibration(calibration)
     current = engine.current
     print("everything is taken" if current is None else f"-> {current.key}: {current.words}")
-    Dialogue(link, session, engine).run(arguments.keep_all)
+    Dialogue(tap, diary, session, engine).run(arguments.keep_all)
     print(summary(engine, session))
 
 

@@ -18,7 +18,8 @@ from georibbon.errors import GeoribbonError, StorageError
 from georibbon.session.words import counted
 
 if TYPE_CHECKING:
-    from georibbon.device.link import Change, Link
+    from georibbon.capture.link_diary import LinkDiary
+    from georibbon.device.ring import Tap
     from georibbon.session.session import Session
 
 T = TypeVar("T")
@@ -35,17 +36,15 @@ HELP = (
 class Dialogue:
     """One capture over a link into a session, spoken to through lines of text."""
 
-    def __init__(self, link: "Link", session: "Session", engine: Engine) -> None:
-        self._link, self._session, self._engine = link, session, engine
+    def __init__(self, tap: "Tap", diary: "LinkDiary", session: "Session", engine: Engine) -> None:
+        self._tap, self._diary, self._session, self._engine = tap, diary, session, engine
         self._words = Words()
-        self._changes: queue.SimpleQueue[Change] = queue.SimpleQueue()
         self._line = StatusLine()
         self._quit = False
 
     def run(self, keep_all: bool) -> None:
         """Talk until the person quits, or all is done and no more words can come."""
         self._engine.observe(lambda happening: self._line.say(_words_of(happening)))
-        self._link.on_change(self._changes.put)
         self._words.start()
         try:
             self._loop(keep_all)
@@ -57,7 +56,7 @@ class Dialogue:
 
     def _loop(self, keep_all: bool) -> None:
         """Frames, changes of the link and words, as they come; a glance at all on every tick."""
-        tap = self._link.recorder()
+        tap = self._tap
         between = self._session.stream(self._engine.ribbon.rate) if keep_all else None
         while not self._quit:
             tap.wait(TICK)
@@ -65,8 +64,8 @@ class Dialogue:
             if between is not None:
                 between.append(frames)
             self._engine.feed(frames)
-            for change in _drained(self._changes):
-                self._engine.link_changed(change.state.value, change.reason, _figures(self._link))
+            for entry in self._diary.take():
+                self._engine.link_news(entry)
             for line in self._words.take():
                 self._hear(line)
             if self._words.ended and self._engine.current is None:
@@ -233,13 +232,6 @@ def _glance(engine: Engine, live: Live) -> str:
         return f"{words} | waiting for frames"
     words += f" | {live.stillness.state} {live.stillness.seconds:.1f} s"
     return words if live.curve is None else f"{words} | {curve_words(live.curve)}"
-
-
-def _figures(link: "Link") -> dict[str, object]:
-    """The link's health as a session keeps it."""
-    health = link.health()
-    names = ("frames", "lost", "damaged", "stalls", "reconnects")
-    return {name: getattr(health, name) for name in names}
 
 
 def _drained(lines: "queue.SimpleQueue[T]") -> list[T]:
