@@ -59,6 +59,7 @@ without a ribbon, in two terminals:
 
 ANSWER = 15.0  # seconds until it is given up that a ribbon answers; the link says so before
 PATIENCE = 10.0  # seconds at the end for a disk that refuses, before another place is taken
+EVERY = 1.0  # seconds between two lines
 _TICK = 0.05
 
 
@@ -126,14 +127,17 @@ def run(arguments: argparse.Namespace) -> None:
 
     voice = _Voice()
     link = Link(arguments.url, rate=arguments.rate, ribbon_id=arguments.id, baudrate=arguments.baud)
-    open_log = _opener(arguments.output, link)
+    open_log = _opener(arguments.output, link, voice)
     link.on_change(lambda change: voice.hear(f"{change.state}: {change.reason}"))
     link.on_event(lambda event: voice.hear(f"{event.kind}: {event.message}"))
     tap = link.recorder()
     link.start()
     try:
         log = open_log(link.wait_for_identity(ANSWER))
-        recorder = Recorder(tap, log, seconds=arguments.seconds, on_storage=voice.hear_storage)
+        recorder = Recorder(
+            tap, log, seconds=arguments.seconds,
+            on_storage=lambda fault: voice.hear(fault or f"{log.path}: all is on the disk again"),
+        )  # fmt: skip
         with _signals_noted() as signals:
             recorder.start()
             _Run(link, recorder, log, voice, signals).to_the_end()
@@ -141,10 +145,9 @@ def run(arguments: argparse.Namespace) -> None:
         link.stop()
 
 
-def _opener(path: Path, link: "Link") -> Callable[["Identity"], _Log]:
+def _opener(path: Path, link: "Link", voice: "_Voice") -> Callable[["Identity"], _Log]:
     """What makes the file once the ribbon is known; a bad place is refused here, before."""
-    ending = require_ending(path, (".csv", ".georibbon"), "a recording")
-    if ending == ".csv":
+    if require_ending(path, (".csv", ".georibbon"), "a recording") == ".csv":
         from georibbon.capture.csv_log import CsvLog, check_csv_place
 
         check_csv_place(path)
@@ -155,7 +158,14 @@ def _opener(path: Path, link: "Link") -> Callable[["Identity"], _Log]:
 
     check_place(path)
     diary = LinkDiary(link)
-    return lambda identity: SessionLog(path, identity, diary)
+
+    def session(identity: "Identity") -> _Log:
+        log = SessionLog(path, identity, diary)
+        for warning in log.warnings:
+            voice.hear(warning)
+        return log
+
+    return session
 
 
 class _Voice:
@@ -172,10 +182,6 @@ class _Voice:
     def hear(self, sentence: str) -> None:
         """Take a sentence from any thread."""
         self._heard.put(sentence)
-
-    def hear_storage(self, storage: str | None) -> None:
-        """Take what a recorder tells about its disk."""
-        self.hear(storage or "the file can be written again, every frame is on the disk")
 
     def say_all(self) -> None:
         """Print what was heard, on standard error."""
@@ -218,7 +224,7 @@ class _Run:
     ) -> None:
         self._link, self._recorder, self._log = link, recorder, log
         self._voice, self._signals = voice, signals
-        self._next_line = time.monotonic() + 1.0
+        self._next_line = time.monotonic() + EVERY
         self._last_state: str | None = None
 
     def to_the_end(self) -> None:
@@ -243,7 +249,7 @@ class _Run:
         time.sleep(_TICK)
         self._voice.say_all()
         if time.monotonic() >= self._next_line:
-            self._next_line += 1.0
+            self._next_line += EVERY
             self._print_line()
 
     def _print_line(self) -> None:
