@@ -13,7 +13,6 @@ when a curve that knows it is there.
 import argparse
 import os
 import pty
-import resource
 import select
 import subprocess
 import sys
@@ -135,7 +134,10 @@ def played(
 
 @dataclass
 class Measured:
-    """Seconds of each frame's latency and of each step; shares of one processor."""
+    """Of each frame: seconds of latency, processor seconds of each step, whether at rest.
+
+    share: of one processor.
+    """
 
     latency: list[float] = field(default_factory=list)
     stillness: list[float] = field(default_factory=list)
@@ -143,7 +145,6 @@ class Measured:
     rest: list[bool] = field(default_factory=list)
     share: float = 0.0
     lost: int = 0
-    switches: int = 0
 
 
 def measure(made: RibbonSettings, seconds: float) -> Measured:
@@ -175,13 +176,13 @@ def follow(link: Link, made: RibbonSettings, begin: float, seconds: float) -> Me
     while came < expected and tap.wait(2.0):
         frames = tap.take()
         came += len(frames)
-        before = time.perf_counter()
+        before = time.thread_time()
         told = monitor.feed(frames)
-        between = time.perf_counter()
+        between = time.thread_time()
         recent = [*recent, *frames][-AVERAGED:]
         means = monitor.means() or still_means(readings_of(recent))
         fit.update(means.mean, means.sigma)
-        after, now = time.perf_counter(), time.monotonic()
+        after, now = time.thread_time(), time.monotonic()
         for frame in frames:
             if frame.t > LEFT_OUT:
                 found.latency.append(now - begin - frame.t)
@@ -189,7 +190,6 @@ def follow(link: Link, made: RibbonSettings, begin: float, seconds: float) -> Me
                 found.fit.append(after - between)
                 found.rest.append(told.state == "still")
     found.share = (time.process_time() - busy) / (time.monotonic() - started)
-    found.switches = resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
     tap.close()
     return found
 
@@ -211,8 +211,8 @@ def report(made: RibbonSettings, found: Measured) -> None:
         row("packet in to curve out", found.latency, MOST_LATENCY),
         row("of these, told as still", still),
         row("of these, told as moving", moved),
-        row("stillness, a frame", found.stillness, MOST_STILLNESS),
-        row("one update of the live curve", found.fit),
+        row("stillness of a frame, processor time", found.stillness, MOST_STILLNESS),
+        row("one update of the live curve, processor time", found.fit),
     ]
     header = ("milliseconds", "median", "99 in 100", "greatest", "asked of 99 in 100", "")
     head = (

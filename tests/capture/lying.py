@@ -17,7 +17,7 @@ from georibbon.world import field_direction
 DIP = np.radians(62.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Lying:
     """A calibrated ribbon. sigma: (c,) counts, of a sample."""
 

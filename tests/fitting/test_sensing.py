@@ -54,6 +54,17 @@ def test_units_are_about_one_g_and_one_field():
     np.testing.assert_allclose(array.scale, counts_per_unit, rtol=0.1)
 
 
+@pytest.mark.parametrize("axes", [2, 3])
+def test_the_inverse_gives_the_least_vector_of_a_reading(axes):
+    array = SensorArray.of(ribbon(4, axes), calibration(ribbon(4, axes), seed=6))
+    vectors = np.random.default_rng(0).normal(size=(4, 3, 1))
+    readings = array.gain @ vectors
+    back = array.inverse @ readings
+    np.testing.assert_allclose(array.gain @ back, readings, atol=1e-12)
+    assert np.all(np.linalg.norm(back, axis=1) <= np.linalg.norm(vectors, axis=1) + 1e-12)
+    np.testing.assert_allclose(back[::2], vectors[::2], atol=1e-12)
+
+
 def test_observing_undoes_bias_and_scale():
     of, calibrated = RIBBON, calibration(RIBBON, seed=5)
     array = SensorArray.of(of, calibrated)

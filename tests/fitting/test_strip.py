@@ -32,6 +32,7 @@ from georibbon.fitting.strip import (
     ROBUST_LIMIT,
     evaluate,
     fit_strips,
+    follow_strips,
     linear_cost,
     linear_weights,
     linearise,
@@ -383,3 +384,17 @@ def test_the_start_may_be_far_off_without_harm():
     apart = degrees_between(integrate_frames(GRID, one.shape), integrate_frames(GRID, other.shape))
     assert apart.max() < 0.02
     np.testing.assert_allclose(one.cost, other.cost, atol=0.1)
+
+
+# --- following ---
+
+
+@given(st.integers(0, 10**6))
+def test_following_from_nearby_ends_where_the_fit_does(seed):
+    laid = lay(RIBBON, wavy(GRID, TILTED), seed=seed)
+    smoothing = np.full(1, 1e-4)
+    cold = fit_strips(laid.problem, laid.shape, smoothing)
+    followed = follow_strips(laid.problem, near(cold.shape, 1.0, 0.05, seed), smoothing, 6)
+    frames = (integrate_frames(GRID, one.shape) for one in (cold, followed))
+    assert degrees_between(*frames).max() < 0.1
+    np.testing.assert_allclose(followed.cost, cold.cost, atol=1.0)

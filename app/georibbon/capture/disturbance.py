@@ -106,7 +106,7 @@ def find_disturbed(
     ribbon: Ribbon, problem: StripProblem, expected: Expected
 ) -> tuple[Disturbed, ...]:
     """The sensors of one pass (b = 1) that do not agree, in the ribbon's order."""
-    inverse = np.linalg.pinv(problem.array.gain)
+    inverse = problem.array.inverse
     values = problem.observations.values[0]
     read = (inverse @ values[..., None])[..., 0]
     due = (inverse @ (values + expected.deleted)[..., None])[..., 0]

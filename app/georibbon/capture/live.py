@@ -35,6 +35,7 @@ from georibbon.fitting.strip import (
     StripProblem,
     Strips,
     fit_strips,
+    follow_strips,
     linearise,
     normal_equations,
     prior,
@@ -149,7 +150,7 @@ class LiveFit:
         weight = self._strips.smoothing
         if smoothing is not None:
             weight = weight_of_length(np.array([smoothing]), information_density(problem))
-        strips = fit_strips(problem, self._strips.shape, weight, WARM_STEPS)
+        strips = follow_strips(problem, self._strips.shape, weight, WARM_STEPS)
         if self._rivals:
             strips = self._rival(problem, strips)
             if not self._rivals:

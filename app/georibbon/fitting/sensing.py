@@ -9,6 +9,7 @@ sigma² G (|u|² I - u u^T) G^T, which is what limits a real reading.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -52,6 +53,11 @@ class SensorArray:
             field=np.array([sensor.kind == "magnetometer" for sensor in ribbon.sensors]),
             used=np.array([model.used for model in calibration.sensors]) & (counts > 0),
         )
+
+    @cached_property
+    def inverse(self) -> FloatArray:
+        """(n, 3, 3) the gains' pseudo-inverses: the vector of least length for a reading."""
+        return np.asarray(np.linalg.pinv(self.gain))
 
 
 @dataclass(frozen=True, eq=False)

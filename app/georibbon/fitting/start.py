@@ -99,8 +99,7 @@ def gravity_at(problem: StripProblem, places: FloatArray) -> FloatArray:
     indices = np.flatnonzero(~array.field)
     indices = indices[np.argsort(problem.grid.sensor_nodes[indices], kind="stable")]
     where = problem.grid.nodes[problem.grid.sensor_nodes[indices]]
-    inverse = np.linalg.pinv(array.gain[indices])
-    up = (inverse @ observations.values[:, indices, :, None])[..., 0]
+    up = (array.inverse[indices] @ observations.values[:, indices, :, None])[..., 0]
     out = np.zeros((len(up), len(places), 3))
     for p in range(len(up)):
         there = observations.present[p, indices]

@@ -199,6 +199,19 @@ def fit_strips(
     return evaluate(problem, shape, smoothing, white)
 
 
+def follow_strips(
+    problem: StripProblem, start: Shape, smoothing: FloatArray, iterations: int
+) -> Strips:
+    """Fits b passes from shapes that are near, in about half the time.
+
+    The whitening is that of the start, and the last hundredth of a standard
+    deviation is not sought.
+    """
+    white = whiten(problem, start)
+    shape = _descend(problem, start, smoothing, white, iterations, tolerance=1e-2)
+    return evaluate(problem, shape, smoothing, white)
+
+
 def evaluate(
     problem: StripProblem, shape: Shape, smoothing: FloatArray, white: FloatArray
 ) -> Strips:
