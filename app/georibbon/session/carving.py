@@ -39,12 +39,12 @@ _SPARE = 64 * 2**20
 
 # The head of a record is its length and the types of its values: NULL for an id that is the
 # row's own, odd for texts, even for blobs, 1 to 9 for whole numbers, 0x4C for 32 bytes of digest.
-_MANY = rb"(?:[\x80-\xff]{0,3}[\x00-\x7f])"
+# It is looked for from its end, in the bytes turned round: so the search has a byte to run for.
+_TYPE = rb"(?:[\x00-\x7f][\x80-\xff]{0,3})"
 _HEAD = re.compile(
-    rb"(?=[\x06-\x12]\x00" + _MANY + rb"{3}\x4c|[\x08-\x12][\x01-\x06\x08\x09]{4}"
-    rb"[\x80-\xff]{0,3}[\x00-\x7f][\x80-\xff]{0,3}[\x00-\x7f]\x4c)",
-    re.DOTALL,
-)
+    rb"\x4c(?=(" + _TYPE + rb"{3}\x00[\x06-\x12]|"
+    + _TYPE + rb"{2}[\x01-\x06\x08\x09]{4}[\x08-\x12]))"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -180,9 +180,10 @@ def _heads(file: BufferedReader) -> Iterator[int]:
     """Every byte of a file at which the head of a row may be."""
     for start in range(0, length_of(file), _BLOCK):
         block = read_at(file, start, _BLOCK + _OVERLAP)
-        for match in _HEAD.finditer(block):
-            if match.start() < _BLOCK:
-                yield start + match.start()
+        for match in _HEAD.finditer(block[::-1]):
+            place = len(block) - match.end(1)
+            if place < _BLOCK:
+                yield start + place
 
 
 def _record_length(page: bytes, offset: int) -> int | None:
