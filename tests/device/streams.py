@@ -60,7 +60,7 @@ def delete(rng, data):
 
 
 def cut(rng, data):
-    del data[rng.randrange(1, len(data)) :]
+    del data[rng.randrange(len(data)) :]
 
 
 def duplicate(rng, data):

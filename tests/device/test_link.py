@@ -16,7 +16,7 @@ from georibbon.device.ports import PortInfo, SerialPort
 from georibbon.errors import DeviceError
 
 QUICK = LinkTiming(answer=5.0, stall=0.3, retry_first=0.01, retry_last=0.03)
-HASTY = replace(QUICK, answer=0.05, tries=2)
+HASTY = replace(QUICK, answer=0.25, tries=2)
 
 
 class Told:
@@ -169,7 +169,7 @@ def test_health_tells_the_frames_of_the_last_second():
     link, _, _ = link_to(ribbon)
     with link:
         streams(link, 220)
-        assert link.health().frames_per_second == pytest.approx(200.0, rel=0.2)
+        wait_until(lambda: 190.0 <= link.health().frames_per_second <= 210.0)
         ribbon.mute.set()
         wait_until(lambda: link.health().frames_per_second == 0.0)
 
@@ -419,7 +419,7 @@ def test_nothing_answers():
     ribbon = FakeRibbon(answers=False)
     link, told, _ = link_to(ribbon, HASTY)
     with link:
-        with pytest.raises(DeviceError, match=r"nothing answers within 0\.1 s"):
+        with pytest.raises(DeviceError, match=r"nothing answers within 0\.5 s"):
             link.wait_for_identity(20.0)
         wait_until(lambda: ribbon.commands.count("identify") > 4)
     # Told once, however often it is tried.
