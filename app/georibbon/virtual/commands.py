@@ -247,6 +247,8 @@ def _noise(hands: Hands, words: list[str], _now: float) -> str:
 
 def _message(hands: Hands, words: list[str], _now: float) -> str:
     text = _one("message", words)
+    if not text.isprintable():
+        raise SettingsError(f"{told(text)} cannot be said in a line; give printable signs")
     hands.wire.message(text)
     return f"said: {text}"
 

@@ -34,7 +34,7 @@ EXTENT = (0.05, 100.0)
 """Metres across: what a ribbon can be laid on."""
 KNOTS = 0.02
 """Metres between the knots of a pass, at least."""
-FACETS, LEAST = 4.0, 8
+FACETS, LEAST = 4.0, 16
 """Facets between the knots, so that their edges are smoothed over; yet so many pieces at least."""
 CREASE = 40.0
 """Degrees between facets beyond which their normals are not blended."""
@@ -220,7 +220,7 @@ class Tracer:
             self._walker = potpourri3d.GeodesicTracer(mesh.vertices, mesh.triangles)
         except RuntimeError as error:
             raise SettingsError(
-                f"{mesh.name}: it is not manifold, pieces of it touch in corners only; repair it in "
+                f"{mesh.name}: it is not manifold, pieces touch in corners only; repair it in "
                 "the program it came from"
             ) from error
 

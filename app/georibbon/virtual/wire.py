@@ -21,7 +21,9 @@ LONGEST_LINE = 80
 MOST_HELD = 4096
 """Bytes that the ribbon takes in while it is stalled."""
 MOST_WAITING = 16384
-"""Bytes that wait for a slow host; a packet that finds so many is dropped."""
+"""Bytes that wait for a slow host; a frame that finds so many is dropped."""
+RESERVED = 8192
+"""Bytes that may wait beyond them, of answers and messages."""
 LONGEST_GAP = 1.0
 """Seconds of frames made up for after the ribbon could not run; earlier ones are dropped."""
 
@@ -255,7 +257,7 @@ class Wire:
         lost, harmed = (cable.loses(), cable.harms()) if frame else (False, False)
         if lost:
             sent, packet = replace(sent, dropped=sent.dropped + 1), b""
-        elif self._size + len(packet) > MOST_WAITING:
+        elif self._size + len(packet) > (MOST_WAITING if frame else MOST_WAITING + RESERVED):
             sent, packet = replace(sent, overrun=sent.overrun + 1), b""
         elif cable.garbled:
             sent, packet = replace(sent, garbled=sent.garbled + 1), cable.noise(len(packet))
