@@ -1,6 +1,7 @@
 """The session file: a round trip loses nothing, and damage is never taken for data."""
 
 import functools
+import json
 import sqlite3
 import tempfile
 from contextlib import closing
@@ -15,10 +16,12 @@ from made import RIBBON, readings, recording, recordings, same
 from georibbon.errors import RecordingError, SessionError
 from georibbon.recording import Pass, Recording
 from georibbon.ribbon import Readings
-from georibbon.session import chunks, file
+from georibbon.session import chunks, database, reading, restoring
+from georibbon.session.database import connect
+from georibbon.session.events import Event
 from georibbon.session.file import create_session, read_session
 from georibbon.session.folder import read_recording, write_recording
-from georibbon.session.version1 import TABLES
+from georibbon.session.schema import TABLES
 
 
 @pytest.fixture
@@ -44,14 +47,20 @@ def refused(path):
     return str(caught.value)
 
 
-def change(path, *statements, seal=True):
-    """Change a session with SQL, and renew its seals as an able forger would."""
-    with closing(sqlite3.connect(path)) as database, database:
+def change(path, *statements):
+    """Change a session with SQL, digests as they are."""
+    with closing(sqlite3.connect(path)) as opened, opened:
         for statement in statements:
-            database.execute(statement)
-        for name in TABLES if seal else ():
-            seals = (file._digest(file._select(database, name)), name)
-            database.execute("UPDATE seal SET digest = ? WHERE name = ?", seals)
+            opened.execute(statement)
+
+
+def forge(path, action, **changes):
+    """Change the detail of the first event of an action, digest and all, as a forger would."""
+    with closing(sqlite3.connect(path)) as opened, opened:
+        query = "SELECT * FROM event WHERE action = ? ORDER BY id LIMIT 1"
+        number, time, _, detail, _ = opened.execute(query, (action,)).fetchone()
+        row = Event(number, time, action, json.loads(detail) | changes).row
+        opened.execute("REPLACE INTO event VALUES (?, ?, ?, ?, ?)", row)
 
 
 @given(recordings())
@@ -79,7 +88,7 @@ def test_it_is_a_database_with_the_application_id(session):
     head = session.read_bytes()[:100]
     assert head.startswith(b"SQLite format 3\0")
     assert head[68:72] == b"GeoR"
-    assert head[60:64] == b"\0\0\0\1"
+    assert head[60:64] == b"\0\0\0\2"
 
 
 def long_recording(frames, scale):
@@ -149,62 +158,92 @@ CHANGES = {
 }
 
 
-def test_every_value_of_every_row_is_sealed(session):
-    with closing(sqlite3.connect(session)) as database:
-        filled = [
+def test_every_value_of_every_row_has_its_digest(session):
+    with closing(sqlite3.connect(session)) as opened:
+        columns = [
             (table, column[1], CHANGES[column[2]])
-            for table in (*TABLES, "chunk")
-            if database.execute(f'SELECT count(*) FROM "{table}"').fetchone()[0]  # noqa: S608
-            for column in database.execute(f'PRAGMA table_info("{table}")')
+            for table in TABLES
+            for column in opened.execute(f'PRAGMA table_info("{table}")')
         ]
+        rows = opened.execute("SELECT count(*) FROM event").fetchone()[0]
     body = session.read_bytes()
-    assert len(filled) > 50
-    for table, column, other in filled:
-        session.write_bytes(body)
-        values = f'"{column}" = {other.format(column)}'
-        change(session, f'UPDATE "{table}" SET {values}', seal=False)  # noqa: S608
-        assert "damaged" in refused(session), (table, column)
+    assert len(columns) == 12
+    for table, column, other in columns:
+        for row in (1, rows if table == "event" else 5):
+            session.write_bytes(body)
+            values = f'"{column}" = {other.format(column)}'
+            change(session, f'UPDATE "{table}" SET {values} WHERE rowid = {row}')  # noqa: S608
+            assert "damaged" in refused(session), (table, column)
 
 
-@pytest.mark.parametrize("table", ["mark", "pose", "chunk", "part", "seal", "sensor"])
+@pytest.mark.parametrize("table", ["event", "chunk"])
 def test_a_row_that_is_gone_is_missed(session, table):
-    change(session, f'DELETE FROM "{table}" WHERE rowid = 1', seal=False)  # noqa: S608
-    change(session, f'DELETE FROM "{table}" WHERE rowid = 0', seal=False)  # noqa: S608
-    assert "damaged" in refused(session)
+    body = session.read_bytes()
+    with closing(sqlite3.connect(session)) as opened:
+        rows = opened.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
+    for row in range(1, rows + (table == "chunk")):  # without its last event it was left by a crash
+        session.write_bytes(body)
+        change(session, f"DELETE FROM {table} WHERE rowid = {row}")  # noqa: S608
+        assert "damaged" in refused(session), row
 
 
 FORGED = {
-    "newer": (["PRAGMA user_version = 7"], "version 7, newer than 1"),
-    "older": (["PRAGMA user_version = 0"], "its version is 0"),
-    "another program's": (["PRAGMA application_id = 1"], "another program's database"),
+    "newer": ("PRAGMA user_version = 7", "version 7, newer than 2"),
+    "older": ("PRAGMA user_version = 0", "its version is 0"),
+    "negative": ("PRAGMA user_version = -1", "its version is -1"),
+    "another program's": ("PRAGMA application_id = 1", "another program's database"),
     "a trigger": (
-        ["CREATE TRIGGER x AFTER UPDATE ON mark BEGIN DELETE FROM mark; END"],
-        "not those of version 1",
+        "CREATE TRIGGER x AFTER UPDATE ON event BEGIN DELETE FROM event; END",
+        "not those of version 2",
     ),
-    "a view": (["DROP TABLE note", "CREATE VIEW note AS SELECT 1"], "not those of version 1"),
-    "no table": (["DROP TABLE chunk"], "not those of version 1"),
-    "no ribbon": (["DELETE FROM ribbon"], "[ribbon] is missing"),
-    "one pass": (["DELETE FROM pass WHERE place = 1"], "1 pass of kind"),
-    "a mark nowhere": (["UPDATE mark SET pass = 'P9'"], "[[mark]] number 1"),
-    "sigma": (["UPDATE mark SET sigma = -1"], "sigma is -1.0"),
-    "infinity": (["UPDATE mark SET x = 9e999"], "position is inf"),
-    "a tilted workpiece": (["UPDATE workpiece SET level = 0"], "level is false"),
-    "a table of 2": (["UPDATE pose SET on_table = 2"], "table is 2"),
-    "an unknown kind": (["UPDATE sensor SET kind = 'x' WHERE place = 0"], 'kind is "x"'),
-    "a part twice": (["UPDATE pass SET part = 1"], "named twice"),
-    "no such part": (["UPDATE pass SET part = 77 WHERE place = 0"], "has no frames"),
-    "another length": (["UPDATE part SET frames = 5"], "frames, not as it should"),
-    "a title without end": (
-        ["UPDATE meta SET value = hex(zeroblob(20000)) WHERE key = 'title'"], "40000 characters",
-    ),
-}  # fmt: skip
+    "a table more": ("CREATE TABLE more (a)", "not those of version 2"),
+    "no table": ("DROP TABLE chunk", "not those of version 2"),
+    "no event": ("DELETE FROM event", "first event is missing"),
+}
 
 
 @pytest.mark.parametrize("name", FORGED)
-def test_what_is_sealed_and_cannot_be_meant_is_refused(session, name):
-    statements, words = FORGED[name]
-    change(session, *statements, seal=name not in ("a view", "no table"))
+def test_a_database_that_is_no_session_is_refused(session, name):
+    statement, words = FORGED[name]
+    change(session, statement)
     assert words in refused(session)
+
+
+MARK = {"pass": "P1", "at": 0.1, "position": [0.0, 0.0, 1.0], "sigma": 0.001}
+MEANT = {
+    "no ribbon's length": ("ribbon", {"length": -1}, "length is -1"),
+    "a kind": ("ribbon", {"sensor": [{"name": "A"}]}, "kind is missing"),
+    "a title": ("title", {"title": "x" * 20_000}, "20000 characters"),
+    "a tilted workpiece": ("workpiece", {"level": False}, "level is false"),
+    "a tilted pose": ("pose", {"pitch": 40.0}, "table is true beside"),
+    "a pose's table": ("pose", {"table": 1}, "table is 1"),
+    "an unknown field": ("pose", {"colour": "red"}, "not known"),
+    "infinity": ("pose", {"roll": 1e300}, "at most 1e+09"),
+    "a pass's kind": ("pass", {"kind": "x"}, 'kind is "x"'),
+    "a part twice": ("pass", {"part": 1}, "used twice"),
+    "no part": ("pass", {"part": 0}, "part is 0"),
+    "a true part": ("pass", {"part": True}, "part is true"),
+    "no such part": ("pass", {"part": 77}, "part 77 has 0 frames"),
+    "another length": ("pass", {"frames": 5}, "has 4 frames, not 5"),
+    "half a frame": ("pass", {"frames": 4.0}, "frames is 4.0"),
+    "a mark too far": ("survey", {"mark": [MARK | {"at": 9.0}]}, "at is 9.0"),
+    "sigma": ("survey", {"mark": [MARK | {"sigma": -1}]}, "sigma is -1"),
+    "a nameless pass": ("survey", {"mark": [MARK | {"pass": ""}]}, "the name of a pass"),
+    "no survey": ("survey", {"mark": 5}, "tables written"),
+    "frames at the end": ("closed", {"frames": 7}, "frames are missing"),
+}
+
+
+@pytest.mark.parametrize("name", MEANT)
+def test_what_has_a_digest_and_cannot_be_meant_is_refused(session, name):
+    action, changes, words = MEANT[name]
+    forge(session, action, **changes)
+    assert words in refused(session)
+
+
+def test_entries_of_the_survey_may_wait_for_their_pass(session):
+    forge(session, "survey", mark=[MARK, MARK | {"pass": "P9"}])
+    assert [mark.pass_name for mark in read_session(session).marks] == ["P1"]
 
 
 def forge_chunk(path, **values):
@@ -223,8 +262,8 @@ def forge_chunk(path, **values):
 FORGED_CHUNKS = {
     "width": ({"width": 3}, "out of order"),
     "place": ({"place": 1}, "out of order"),
-    "no frames": ({"frames": 0, "t": b"", "counts": b""}, "out of order"),
-    "many frames": ({"frames": 2**40}, "length"),
+    "no frames": ({"frames": 0, "t": b"", "counts": b""}, "has 0 frames, not 4"),
+    "many frames": ({"frames": 2**40}, "not 4"),
     "short times": ({"t": b"\0" * 8}, "length"),
     "short counts": ({"counts": b"\0" * 16}, "length"),
     "torn counts": ({"counts": b"\0" * 63}, "length"),
@@ -241,27 +280,30 @@ def test_frames_with_a_digest_and_no_sense_are_refused(session, name):
 
 
 def test_blobs_where_text_belongs_are_refused(session):
-    with closing(sqlite3.connect(session)) as database, database:
-        database.execute("PRAGMA writable_schema = ON")
-        database.execute("UPDATE sqlite_schema SET sql = replace(sql, ' STRICT', '')")
-    change(session, "UPDATE mark SET pass = x'00'", seal=False)
+    change(
+        session,
+        "PRAGMA writable_schema = ON",
+        "UPDATE sqlite_schema SET sql = replace(sql, ' STRICT', '')",
+    )
+    change(session, "UPDATE event SET detail = x'00' WHERE id = 2")
     assert "damaged" in refused(session)
-    with pytest.raises(chunks.DamagedError, match="bytes where none belong"):
-        file._digest([(1, b"x")])
-    with pytest.raises(chunks.DamagedError, match="wrong type"):
-        chunks.unpack([(1, 0, 1, 2, "text", b"", b"")], 2)
+    for row in ([(1, 0, 1, 2, "text", b"", b"")], [(1, 0)]):
+        with pytest.raises(chunks.DamagedError, match=r"wrong type|values that it should"):
+            chunks.unpack(row, 2)
 
 
-def test_bounds_hold(session, monkeypatch):
-    for name, value, words in (
-        ("MAX_SESSION", 100, "at most 100 are read"),
-        ("MAX_FRAMES", 100, "at most 100 are read"),
-        ("MAX_ROWS", 2, "more than 2 rows"),
-        ("MAX_ROW", 50, "damaged"),
-    ):
-        with monkeypatch.context() as patch:
-            patch.setattr(file, name, value)
-            assert words in refused(session)
+@pytest.mark.parametrize(
+    ("module", "name", "value", "words"),
+    [
+        (reading, "MAX_SESSION", 100, "at most 100 are read"),
+        (restoring, "MAX_FRAMES", 100, "at most 100 are read"),
+        (database, "MAX_EVENTS", 2, "more than 2 events"),
+        (database, "MAX_ROW", 50, "damaged"),
+    ],
+)
+def test_bounds_hold(session, monkeypatch, module, name, value, words):
+    monkeypatch.setattr(module, name, value)
+    assert words in refused(session)
 
 
 @pytest.mark.parametrize(
@@ -306,8 +348,7 @@ def test_a_session_being_written_to_is_told(session):
     with closing(sqlite3.connect(session, isolation_level=None)) as database:
         database.execute("BEGIN EXCLUSIVE")
         with pytest.MonkeyPatch.context() as patch:
-            real = sqlite3.connect
-            patch.setattr(sqlite3, "connect", lambda *a, **k: real(*a, timeout=0.0, **k))
+            patch.setattr(reading, "connect", lambda uri: connect(uri, timeout=0.0))
             assert "another program is writing" in refused(session)
 
 
@@ -341,12 +382,25 @@ def test_the_journal_of_another_is_not_taken_for_ours(tmp_path, ending):
         create_session(tmp_path / "s.georibbon", recording())
 
 
+def test_a_log_without_its_index_is_read_and_left_as_it_is(session):
+    with closing(sqlite3.connect(session, isolation_level=None)) as opened:
+        opened.execute("PRAGMA journal_mode = WAL")
+        opened.execute("DELETE FROM event WHERE action = 'closed'")
+        log = Path(f"{session}-wal").read_bytes()
+        body = session.read_bytes()
+    session.write_bytes(body)
+    Path(f"{session}-wal").write_bytes(log)
+    assert same(read_session(session), recording())
+    files = {path.name: path.read_bytes() for path in session.parent.iterdir()}
+    assert files == {session.name: body, f"{session.name}-wal": log}
+
+
 def test_where_it_cannot_be_written(tmp_path, monkeypatch):
     with pytest.raises(SessionError, match="a folder or a device"):
         create_session(tmp_path, recording())
     with pytest.raises(SessionError, match="cannot be written"):
         create_session(tmp_path / "none" / "s.georibbon", recording())
-    monkeypatch.setattr(file, "statements", lambda: {"x": "CREATE NONSENSE"})
+    monkeypatch.setattr(database, "statements", lambda: {"x": "CREATE NONSENSE"})
     with pytest.raises(SessionError, match="the session cannot be written"):
         create_session(tmp_path / "s.georibbon", recording())
     assert not list(tmp_path.iterdir())

@@ -2,11 +2,12 @@
 
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 from georibbon.errors import SessionError, StorageError
 from georibbon.session.chunks import Chunk, DamagedError, chunk_of
-from georibbon.session.events import MAX_EVENTS, Event, Row, event_of
+from georibbon.session.events import MAX_EVENTS, Event, event_of
 from georibbon.session.schema import APPLICATION_ID, PAGE_SIZE, VERSION, statements
 from georibbon.session.words import told
 
@@ -92,22 +93,22 @@ def insert(database: sqlite3.Connection, events: Iterable[Event], chunks: Iterab
 
 def read_events(database: sqlite3.Connection) -> tuple[Event, ...]:
     """All events; DamagedError for a row that is not as it was written."""
-    rows = database.execute("SELECT * FROM event ORDER BY id")
     events: list[Event] = []
-    for row in rows:
-        if len(events) == MAX_EVENTS:
-            raise DamagedError(f"there are more than {MAX_EVENTS} events")
-        events.append(event_of(row))
+    # a cursor that an error keeps alive would keep the file locked
+    with closing(database.execute("SELECT * FROM event ORDER BY id")) as rows:
+        for row in rows:
+            if len(events) == MAX_EVENTS:
+                raise DamagedError(f"there are more than {MAX_EVENTS} events")
+            events.append(event_of(row))
     return tuple(events)
 
 
 def read_chunks(database: sqlite3.Connection, part: int) -> Iterator[Chunk]:
     """The chunks of a part in their order; DamagedError for one that is not as it was written."""
-    rows: Iterable[Row] = database.execute(
-        "SELECT * FROM chunk WHERE part = ? ORDER BY place", (part,)
-    )
-    for row in rows:
-        yield chunk_of(row)
+    query = "SELECT * FROM chunk WHERE part = ? ORDER BY place"
+    with closing(database.execute(query, (part,))) as rows:
+        for row in rows:
+            yield chunk_of(row)
 
 
 def read_sizes(database: sqlite3.Connection) -> dict[int, int]:

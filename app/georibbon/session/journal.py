@@ -16,6 +16,7 @@ from georibbon.session.lock import Lock
 from georibbon.session.store import Store
 from georibbon.session.stream import Stream
 
+MOST_KEPT = 2**20  # bytes of frames of poses and passes kept beside the file
 RETRY = 2.0  # seconds after which a place that failed is tried again
 Told = Callable[[str | None], None]
 
@@ -81,6 +82,15 @@ class Journal:
         events = [event for batch in self._backlog for event in batch.events]
         self._store.write(events, [chunk for batch in self._backlog for chunk in batch.chunks])
         self._backlog.clear()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Keep of the frames that are in the file the latest only, so that memory is bounded."""
+        room = MOST_KEPT
+        for part in reversed(list(self._kept)):
+            room -= sum(len(chunk.t) + len(chunk.counts) for chunk in self._kept[part])
+            if room < 0:
+                del self._kept[part]
 
     def _mended(self) -> None:
         if self.error is not None:
@@ -97,9 +107,9 @@ class Journal:
         """The chunks of a part, from memory or from the file; SessionError if unreadable."""
         return self._kept.get(part) or self._store.chunks(part)
 
-    def frames(self) -> int:
-        """How many frames are in the file.  Raises SessionError."""
-        return sum(self._store.sizes().values())
+    def sizes(self) -> dict[int, int]:
+        """How many frames of each part are in the file.  Raises SessionError."""
+        return self._store.sizes()
 
     @property
     def gone(self) -> bool:

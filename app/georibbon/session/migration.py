@@ -28,7 +28,7 @@ def migrate(path: Path, found: Contents, database: sqlite3.Connection) -> Path:
     old = _kept(place, found.version)
     try:
         parts = parts_of(found.events)
-        create(place, found.events, (c for part in parts for c in read_chunks(database, part)))
+        create(place, found.events, [c for part in parts for c in read_chunks(database, part)])
     except BaseException:
         old.unlink(missing_ok=True)
         raise

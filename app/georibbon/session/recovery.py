@@ -2,6 +2,7 @@
 
 import datetime
 import sqlite3
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 from georibbon.ribbon import Readings
@@ -24,8 +25,9 @@ class Recovery:
 
 def check_frames(database: sqlite3.Connection) -> None:
     """DamagedError unless all frames are as they were written."""
-    for row in database.execute("SELECT * FROM chunk"):
-        chunk_of(row)
+    with closing(database.execute("SELECT * FROM chunk")) as rows:
+        for row in rows:
+            chunk_of(row)
 
 
 def recovery_of(database: sqlite3.Connection, found: Contents, name: str) -> Recovery:

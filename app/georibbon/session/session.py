@@ -21,7 +21,7 @@ from georibbon.ribbon import Readings, Ribbon
 from georibbon.session import store
 from georibbon.session.chunks import Chunk, DamagedError, pack
 from georibbon.session.counts import check_readings
-from georibbon.session.database import connect, damaged, version_of
+from georibbon.session.database import connect, damaged, read_sizes, version_of
 from georibbon.session.events import Event, decode_detail, encode_detail, now
 from georibbon.session.journal import Batch, Journal
 from georibbon.session.lock import HeldError, Lock, holder
@@ -281,6 +281,14 @@ class Session:
         except DamagedError as error:
             raise damaged(self.path, error) from error
 
+    def frames_in(self, part: int) -> int:
+        """How many frames a part has in the file."""
+        journal = self._journal
+        if journal is None:
+            with reading(self.path) as database:
+                return read_sizes(database).get(part, 0)
+        return self._writer.call(journal.sizes).get(part, 0)
+
     def recording(self, complete: bool = True) -> Recording:
         """The recording captured so far, without the survey's entries that wait for a pass.
 
@@ -311,7 +319,7 @@ class Session:
             if same:  # where the file was removed from
                 journal.lock.release()
             elif self._changed and not self.held:
-                self._accept("closed", {"frames": self._writer.call(journal.frames)})
+                self._accept("closed", {"frames": self._frames(journal)})
             lock = _locked(path)
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
@@ -352,11 +360,14 @@ class Session:
                 stream.close()
             self._writer.call(journal.flush)
             if self._changed:
-                frames = self._writer.call(journal.frames)
+                frames = self._frames(journal)
                 self._accept("closed", {"frames": frames})
         except SessionError:
             if not discard:
                 raise
+
+    def _frames(self, journal: Journal) -> int:
+        return sum(self._writer.call(journal.sizes).values())
 
     def _accept(
         self, action: str, detail: Mapping[str, object], chunks: tuple[Chunk, ...] = ()
