@@ -5,6 +5,8 @@ from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 
+from georibbon.session.files import sync_folder
+
 _COPIED = 1 << 20  # bytes at a time
 
 
@@ -19,12 +21,7 @@ class DurableFile:
         self.path = path
         self.size = 0
         self._file = FileIO(path, "x+")
-        try:
-            _flush_folder(path.parent)
-        except OSError:
-            self._file.close()
-            path.unlink(missing_ok=True)
-            raise
+        sync_folder(path)
 
     def extend(self, data: bytes | bytearray) -> None:
         """Add bytes at the end; they are on the disk when this returns."""
@@ -68,14 +65,3 @@ def _write_all(file: FileIO, data: bytes | bytearray) -> None:
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]
-
-
-def _flush_folder(folder: Path) -> None:
-    """Flush a folder's list of names, where the system can: a file without a name is lost."""
-    if not hasattr(os, "O_DIRECTORY"):
-        return
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -13,6 +13,11 @@ from georibbon.errors import SessionError, StorageError
 from georibbon.session.outline import ribbon_table
 from georibbon.session.session import Session
 
+_REMOVED = (
+    "the file was removed or replaced while it was written; all frames are kept and it is written "
+    "anew"
+)
+
 
 class SessionLog:
     """The sink of a `Recorder` that makes a session of plain logging.
@@ -58,16 +63,16 @@ class SessionLog:
         """Write the frames and the diary.
 
         Raises StorageError where they cannot be written; everything is kept, and
-        the next call tries again.  Where the file was removed or replaced, that
-        writes it anew, under another name where its own is taken.
+        the next calls try again.  Where the file was removed or replaced, they
+        write it anew, under another name where its own is taken.
         """
-        if self._session.held:
+        if self._session.held or self._missing:
             self._mend()
         self._write_diary(last=False)
         self._stream.flush()
-        if self._session.storage_error is not None:
-            self._missing = not self._in_place()
-            raise StorageError(self._session.storage_error)
+        self._missing = not self._in_place()  # the session finds out when it writes next
+        if self._missing or self._session.storage_error is not None:
+            raise StorageError(self._session.storage_error or f"{self.path}: {_REMOVED}")
 
     def move_to(self, path: Path) -> None:
         """Go on in another file, with everything; raises SessionError, or StorageError."""
