@@ -32,16 +32,15 @@ from georibbon.fitting.smoothing import (
 )
 from georibbon.fitting.start import find_starts
 from georibbon.fitting.strip import (
+    Linearised,
     StripProblem,
     Strips,
     fit_strips,
-    follow_strips,
+    follow_shape,
     linearise,
-    normal_equations,
-    prior,
     robust_cost,
-    robust_weights,
     sensed_vectors,
+    summarise,
     whiten,
 )
 from georibbon.geometry.frames import Strip
@@ -91,6 +90,26 @@ class LiveCurve:
     settled: bool
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A strip (b = 1) with what it is linearised to."""
+
+    strips: Strips
+    white: FloatArray
+    linear: Linearised
+
+    @property
+    def readings_cost(self) -> float:
+        """What the readings cost, without the smoothing."""
+        return float(robust_cost(self.strips.squares).sum())
+
+
+def _place(problem: StripProblem, shape: Shape, smoothing: FloatArray) -> _Place:
+    white = whiten(problem, shape)
+    linear = linearise(problem, shape, white)
+    return _Place(summarise(problem, shape, smoothing, white, linear), white, linear)
+
+
 class LiveFit:
     """Follows the ribbon: one pass fitted again and again, from where it was."""
 
@@ -102,7 +121,7 @@ class LiveFit:
         usual = Noise()
         contact = float(np.hypot(usual.contact, calibration.mounting_sigma))
         self._noise = replace(usual, contact=contact)
-        self._strips: Strips | None = None
+        self._last: Strips | None = None
         self._frames: FloatArray | None = None
         self._rivals: list[Shape] = []  # starts that are still to be tried
         self._since = 0  # updates since they were found
@@ -123,8 +142,9 @@ class LiveFit:
         """
         with one_thread():
             problem = self._problem(mean, sigma)
-            self._strips = self._follow(problem, smoothing)
-            return self._told(problem, self._strips)
+            place = self._follow(problem, smoothing)
+            self._last = place.strips
+            return self._told(problem, place)
 
     def _problem(self, mean: FloatArray, sigma: FloatArray) -> StripProblem:
         with np.errstate(invalid="ignore"):
@@ -142,35 +162,36 @@ class LiveFit:
                 )
         return StripProblem(self._grid, self._array, observed, self._vectors, self._noise)
 
-    def _follow(self, problem: StripProblem, smoothing: float | None) -> Strips:
-        """The strip from where it was, or the one from another start that fits better."""
+    def _follow(self, problem: StripProblem, smoothing: float | None) -> _Place:
+        """Where the ribbon is, from where it was, or from another start that fits better."""
         self._since += 1
-        if self._strips is None:
+        if self._last is None:
             return self._begin(problem, smoothing)
-        weight = self._strips.smoothing
+        weight = self._last.smoothing
         if smoothing is not None:
             weight = weight_of_length(np.array([smoothing]), information_density(problem))
-        strips = follow_strips(problem, self._strips.shape, weight, WARM_STEPS)
+        shape = follow_shape(problem, self._last.shape, weight, WARM_STEPS)
+        place = _place(problem, shape, weight)
         if self._rivals:
-            strips = self._rival(problem, strips)
+            place = self._rival(problem, place)
             if not self._rivals:
-                strips = self._tried(problem, strips, smoothing)
+                place = self._tried(problem, place, smoothing)
         else:
-            self._look(problem, strips)
-        return strips
+            self._look(problem, place)
+        return place
 
-    def _begin(self, problem: StripProblem, smoothing: float | None) -> Strips:
+    def _begin(self, problem: StripProblem, smoothing: float | None) -> _Place:
         """The first curve: all starts at once, however long it takes."""
         asked = np.array([np.nan if smoothing is None else smoothing])
         found = find_candidates(problem, asked)[0]
         self._ambiguous = bool(np.sum(found.cost <= found.cost[0] + AMBIGUOUS_WITHIN) > 1)
-        strips = found.take([0])
-        self._usual = _readings_cost(strips)
-        return strips
+        place = _place(problem, found.shape.take([0]), found.smoothing[:1])
+        self._usual = place.readings_cost
+        return place
 
-    def _look(self, problem: StripProblem, strips: Strips) -> None:
+    def _look(self, problem: StripProblem, place: _Place) -> None:
         """Whether the readings still cost about what they did; if not, or now and then: starts."""
-        cost = _readings_cost(strips)
+        cost = place.readings_cost
         self._lost = cost > self._usual + max(RISEN, RISEN_SHARE * self._usual)
         poor = cost > POOR * self._axes(problem)
         self._usual = min(self._usual, cost)
@@ -179,48 +200,44 @@ class LiveFit:
             self._rivals = [starts.take([k]) for k in range(len(starts.start))]
             self._since, self._twin = 0, False
 
-    def _rival(self, problem: StripProblem, strips: Strips) -> Strips:
-        """The better one of the strip and that from the next start, fitted to the same readings."""
+    def _rival(self, problem: StripProblem, place: _Place) -> _Place:
+        """The better one of a place and that from the next start, by the same readings."""
         start = self._rivals.pop(0)
-        rival = fit_strips(problem, start, strips.smoothing, RIVAL_STEPS)
-        gain = float(strips.cost[0] - rival.cost[0])
+        rival = fit_strips(problem, start, place.strips.smoothing, RIVAL_STEPS)
+        gain = float(place.strips.cost[0] - rival.cost[0])
         if gain > AMBIGUOUS_WITHIN:
             self._twin = False
-            return rival
+            return _place(problem, rival.shape, rival.smoothing)
         if gain > -AMBIGUOUS_WITHIN:
-            frames = (integrate_frames(self._grid, one.shape) for one in (strips, rival))
-            self._twin |= bool(np.abs(np.subtract(*frames)).max() > SAME_SHAPE)
-        return strips
+            away = integrate_frames(self._grid, rival.shape) - place.linear.turns.frames
+            self._twin |= bool(np.abs(away).max() > SAME_SHAPE)
+        return place
 
-    def _tried(self, problem: StripProblem, strips: Strips, smoothing: float | None) -> Strips:
+    def _tried(self, problem: StripProblem, place: _Place, smoothing: float | None) -> _Place:
         """All starts have been tried: what the readings cost now is usual here."""
         self._lost, self._ambiguous = False, self._twin
-        self._usual = _readings_cost(strips)
+        self._usual = place.readings_cost
         if smoothing is None:
-            length = best_lengths(problem, strips)
-            return replace(strips, smoothing=weight_of_length(length, information_density(problem)))
-        return strips
+            length = best_lengths(problem, place.strips)
+            weight = weight_of_length(length, information_density(problem))
+            return _place(problem, place.strips.shape, weight)
+        return place
 
     def _axes(self, problem: StripProblem) -> int:
         """How many axes say something."""
         return int(self._array.axes[problem.observations.present[0]].sum())
 
-    def _told(self, problem: StripProblem, strips: Strips) -> LiveCurve:
-        white = whiten(problem, strips.shape)
-        linear = linearise(problem, strips.shape, white)
+    def _told(self, problem: StripProblem, place: _Place) -> LiveCurve:
+        strips, linear = place.strips, place.linear
         points, moves = differentiate_positions(self._grid, strips.shape, linear.turns)
-        # Anew: the fit's own are of the whitening before its last steps.
-        normal, _ = normal_equations(linear, robust_weights(linear.squares))
-        normal += prior(self._grid, strips.smoothing)
-        spread = np.linalg.inv(normal[0])
-        covariance = moves[0] @ spread @ np.swapaxes(moves[0], 1, 2)
+        covariance = moves[0] @ np.linalg.inv(strips.normal[0]) @ np.swapaxes(moves[0], 1, 2)
         frames = linear.turns.frames[0]
         same = self._frames is not None and np.abs(frames - self._frames).max() <= SETTLED
         self._frames = frames
-        present = problem.observations.present[0]
-        squares = linear.squares[0]
+        present, squares = problem.observations.present[0], strips.squares[0]
         rates = strips.shape.rates[0] @ self._grid.at_nodes.T
-        expected = expected_without(problem, linear, normal, white)
+        length = length_of_weight(strips.smoothing[0], information_density(problem))
+        expected = expected_without(problem, linear, strips.normal, place.white)
         return LiveCurve(
             strip=Strip(self._grid.nodes, points[0], frames),
             normal_curvature=-rates[1],
@@ -229,12 +246,8 @@ class LiveFit:
             sigma=np.sqrt(np.trace(covariance, axis1=1, axis2=2)),
             residuals=np.where(present, np.sqrt(squares), np.nan),
             misfit=float(np.sqrt(squares[present].sum() / self._axes(problem))),
-            smoothing=float(length_of_weight(strips.smoothing[0], information_density(problem))),
+            smoothing=float(length),
             disturbed=find_disturbed(self._ribbon, problem, expected),
             ambiguous=self._ambiguous,
             settled=bool(same and not self._lost),
         )
-
-
-def _readings_cost(strips: Strips) -> float:
-    return float(robust_cost(strips.squares).sum())
