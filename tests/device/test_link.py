@@ -209,6 +209,22 @@ def test_messages_are_told_as_one_printable_line():
     assert said[2:] == ["x" * 300, "(an empty message)"]
 
 
+def test_a_ribbon_that_says_too_much():
+    ribbon = FakeRibbon()
+    link, told, _ = link_to(ribbon)
+    with link:
+        streams(link)
+        ribbon.says += [(MESSAGE, b"help %d" % n) for n in range(2000)]
+        streams(link, 20)
+        wait_until(lambda: link.health().packets > 2000)
+        health = accounted(link, ribbon, 1)
+    assert health.lost == 0
+    said = told.messages("message")
+    assert said[:2] == ["help 0", "help 1"]
+    assert "more than is told" in said[19]
+    assert len(said) < 1000
+
+
 def test_a_ribbon_that_stalls_is_asked_again():
     ribbon = FakeRibbon()
     link, told, _ = link_to(ribbon)

@@ -8,7 +8,7 @@ from georibbon.device.packets import MOST_PAYLOAD
 from georibbon.errors import DeviceError
 from georibbon.ribbon import Ribbon
 from georibbon.session.fields import Source, Table
-from georibbon.session.outline import read_ribbon
+from georibbon.session.outline import read_ribbon, ribbon_table
 from georibbon.session.words import counted, told
 
 PROTOCOL = 1
@@ -69,14 +69,13 @@ def _known(data: object, fields: tuple[str, ...]) -> Mapping[str, object]:
 
 def write_identity(identity: Identity) -> bytes:
     """The payload that `read_identity` reads back; DeviceError where no packet holds it."""
-    ribbon = identity.ribbon
-    data = {"protocol": PROTOCOL, "id": ribbon.id, "firmware": identity.firmware}
-    sensors = [{key: getattr(sensor, key) for key in _SENSOR} for sensor in ribbon.sensors]
-    whole = data | {"length": ribbon.length, "rate": ribbon.rate, "sensors": sensors}
-    payload = json.dumps(whole, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
+    table = ribbon_table(identity.ribbon)
+    table["sensors"] = table.pop("sensor")
+    data = {"protocol": PROTOCOL, "firmware": identity.firmware} | table
+    payload = json.dumps(data, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
     if len(payload) > MOST_PAYLOAD:
         raise DeviceError(
-            f"the identity of a ribbon of {counted(len(ribbon.sensors), 'sensor')} has "
+            f"the identity of a ribbon of {counted(len(identity.ribbon.sensors), 'sensor')} has "
             f"{len(payload)} bytes; a packet holds at most {MOST_PAYLOAD}: give it fewer sensors "
             "or shorter names"
         )

@@ -1,6 +1,7 @@
 """What the link tells: each change of its state with the reason, and what happens on the way."""
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -8,6 +9,8 @@ from enum import StrEnum
 from typing import Literal, TypeVar
 
 T = TypeVar("T")
+MOST_EVENTS = 20  # told in one second
+_MORE = "the ribbon says more than is told; what else it says in this second is left out"
 EventKind = Literal["message", "restarted", "refused", "rate"]
 
 
@@ -49,11 +52,16 @@ def now() -> str:
 
 
 class Listeners:
-    """Those who want to be told of changes and of events."""
+    """Those who want to be told of changes and of events.
+
+    Of events at most `MOST_EVENTS` a second are told, so that a ribbon gone mad
+    fills no memory and no disk; the last of them says that there were more.
+    """
 
     def __init__(self) -> None:
         self.changes: list[Callable[[Change], None]] = []
         self.events: list[Callable[[Event], None]] = []
+        self._second, self._told = -1.0, 0
 
     def changed(self, state: LinkState, reason: str) -> None:
         """Tell of a change."""
@@ -61,7 +69,14 @@ class Listeners:
 
     def happened(self, kind: EventKind, message: str) -> None:
         """Tell of an event."""
-        _tell(self.events, Event(kind, message, now()))
+        moment = time.monotonic()
+        if moment - self._second >= 1.0:
+            self._second, self._told = moment, 0
+        self._told += 1
+        if self._told < MOST_EVENTS:
+            _tell(self.events, Event(kind, message, now()))
+        elif self._told == MOST_EVENTS:
+            _tell(self.events, Event(kind, _MORE, now()))
 
 
 def _tell(callbacks: list[Callable[[T], None]], told: T) -> None:
