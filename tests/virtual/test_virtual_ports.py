@@ -177,7 +177,7 @@ def test_the_link_may_be_given_and_replaces_nothing(world, tmp_path):
         assert port.url == str(link)
         assert link.is_symlink()
         with pytest.raises(SettingsError, match="something is there already"):
-            serve_pty(world, link)
+            serve_pty(VirtualRibbon(VirtualSettings(SMALL)), link)
     assert not link.is_symlink()
     for make in (lambda: link.write_text("mine"), lambda: link.symlink_to(tmp_path / "nothing")):
         make()
@@ -262,6 +262,14 @@ def test_a_second_host_is_told_and_sent_away(world):
         assert b"busy" in busy.payload
         host.says(b"stop\n")
         host.hears(DONE)
+
+
+def test_it_is_served_on_one_port_at_a_time(world):
+    with serve_pty(world), pytest.raises(SettingsError, match="served already"):
+        serve_tcp(world)
+    with serve_tcp(world) as port, Host(port.url) as host:
+        host.says(b"identify\n")
+        host.hears(IDENTITY)
 
 
 def test_a_port_that_is_taken_is_refused(world):

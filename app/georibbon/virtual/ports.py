@@ -79,21 +79,23 @@ class Port:
     def __init__(self, world: VirtualRibbon, line: Line) -> None:
         """Opens the line and serves on it until closed."""
         self._world, self._line = world, line
-        self._awake, self._alarm = socket.socketpair()
-        try:
-            line.open()
-        except BaseException:
-            line.remove()
-            self._awake.close()
-            self._alarm.close()
-            raise
-        self._awake.setblocking(False)
-        self._alarm.setblocking(False)
         self._open, self._present = True, False
         self._rest = b""
         self._closing = threading.Event()
+        self._awake, self._alarm = socket.socketpair()
+        try:
+            self._awake.setblocking(False)
+            self._alarm.setblocking(False)
+            world.attach(self._ring)
+            try:
+                line.open()
+            except BaseException:
+                world.detach()
+                raise
+        except BaseException:
+            self._tidy()
+            raise
         self._thread = threading.Thread(target=self._serve, name="virtual ribbon", daemon=True)
-        world.attach(self._ring)
         self._thread.start()
 
     @property
@@ -120,6 +122,9 @@ class Port:
         self._ring()
         self._thread.join()
         self._world.detach()
+        self._tidy()
+
+    def _tidy(self) -> None:
         self._line.remove()
         self._awake.close()
         self._alarm.close()

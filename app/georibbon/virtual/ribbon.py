@@ -178,7 +178,12 @@ class VirtualRibbon:
     # What a port uses.
 
     def attach(self, wake: Callable[[], None]) -> None:
-        """Let `wake` be called, from any thread, whenever there may be something to send."""
+        """Let `wake` be called, from any thread, whenever there may be something to send.
+
+        Raises SettingsError where a port is attached already.
+        """
+        if self._wake is not _nothing:
+            raise SettingsError("this virtual ribbon is served already; close that port first")
         self._wake = wake
 
     def detach(self) -> None:
