@@ -15,7 +15,7 @@ from made import readings
 
 from georibbon.errors import SessionError
 from georibbon.ribbon import Readings
-from georibbon.session import carving
+from georibbon.session import carving, pages
 from georibbon.session.carving import carved
 from georibbon.session.chunks import DamagedError, pack
 from georibbon.session.pages import SIZES, decode, varint
@@ -252,6 +252,30 @@ def test_too_many_rows_are_not_gathered(journal, monkeypatch):
     with carved(journal) as search:
         assert not search.whole
         assert len(search.events) + len(search.pieces) == 21
+
+
+def test_a_place_that_the_disk_cannot_read_costs_what_is_there(journal, monkeypatch):
+    """Reading any part of a page of events fails, as it does on a disk with a bad sector."""
+    real, start = pages.read_at, journal.read_bytes().index(b"note 30") // 4096 * 4096
+
+    def read_at(file, offset, length):
+        bad = offset < start + 4096 and offset + length > start
+        return b"" if bad else real(file, offset, length)
+
+    for module in (pages, carving):
+        monkeypatch.setattr(module, "read_at", read_at)
+    events, chunks = found(journal)
+    assert 0 < len(events) < len(EVENTS)
+    assert all(row in WRITTEN[0] for row in events)
+    assert chunks == WRITTEN[1]
+
+
+def test_a_log_is_found_beside_what_a_link_leads_to(logging, tmp_path):
+    copy = killed(*logging)
+    (tmp_path / "elsewhere").mkdir()
+    link = tmp_path / "elsewhere" / "link.georibbon"
+    link.symlink_to(copy)
+    assert found(link) == WRITTEN
 
 
 def test_a_file_that_changes_meanwhile_is_noticed(journal):

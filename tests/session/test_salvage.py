@@ -561,10 +561,12 @@ def test_nothing_is_overwritten(session, tmp_path):
         salvage(session, tmp_path / "none" / "t.georibbon")
 
 
-def test_a_journal_that_makes_no_sense_is_refused(tmp_path):
+def test_a_journal_that_makes_no_sense_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "s.georibbon"
     nonsense = [journals.event(n, "undo", of=n) for n in range(2, 200)]
     journals.write(path, [journals.event(1, "created"), *nonsense])
+    assert check_session(path).lost[-1].startswith("event 199")
+    monkeypatch.setattr(restoration, "MAX_FOLDED", 500)
     with pytest.raises(SessionError, match="makes no sense"):
         check_session(path)
 
@@ -576,6 +578,17 @@ def test_an_event_far_off_is_left_out(session, tmp_path, monkeypatch):
     saved = salvage(session, tmp_path / "t.georibbon")
     assert "the events from 100000 on are left out: too many before are lost" in saved.lost
     assert (saved.passes, saved.events) == (4, len(MADE.events) + 2)
+    session.unlink()
+    journals.write(session, [journals.event(100_000, text="far")], MADE.chunks)
+    with pytest.raises(SessionError, match="only 14 pieces of frames of which nothing says"):
+        check_session(session)
+
+
+def test_not_more_is_told_than_a_person_reads(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(restoration, "MAX_TOLD", 2)
+    damaged_rows(session, "chunk", "part < 6")
+    saved = salvage(session, tmp_path / "t.georibbon")
+    assert saved.lost[2:] == ("and 4 losses more",)
 
 
 HOSTILE = {

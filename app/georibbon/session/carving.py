@@ -35,6 +35,7 @@ MAX_PAYLOAD = 64 * 2**20
 MAX_ROWS = 1_000_000
 _BLOCK = 2**20
 _OVERLAP = 32  # no head that is looked for is longer
+_SECTOR = 512
 _SPARE = 64 * 2**20
 
 # The head of a record is its length and the types of its values: NULL for an id that is the
@@ -95,9 +96,9 @@ def carved(path: Path) -> Iterator[Carving]:
 
     Raises SessionError where the file cannot be opened.
     """
-    log_path = Path(f"{path}-wal")
     with ExitStack() as stack:
         try:
+            log_path = Path(f"{path.resolve()}-wal")
             database = stack.enter_context(path.open("rb"))
             log = stack.enter_context(log_path.open("rb")) if log_path.is_file() else None
         except (OSError, ValueError) as error:
@@ -179,11 +180,24 @@ class _Search:
 def _heads(file: BufferedReader) -> Iterator[int]:
     """Every byte of a file at which the head of a row may be."""
     for start in range(0, length_of(file), _BLOCK):
-        block = read_at(file, start, _BLOCK + _OVERLAP)
+        block = _block(file, start)
         for match in _HEAD.finditer(block[::-1]):
             place = len(block) - match.end(1)
             if place < _BLOCK:
                 yield start + place
+
+
+def _block(file: BufferedReader, start: int) -> bytes:
+    """The bytes that are searched at once, with zeros for what the disk cannot read."""
+    length = min(_BLOCK + _OVERLAP, length_of(file) - start)
+    block = read_at(file, start, length)
+    if len(block) == length:
+        return block
+    sectors = (
+        (place, min(_SECTOR, start + length - place))
+        for place in range(start, start + length, _SECTOR)
+    )
+    return b"".join(read_at(file, place, size).ljust(size, b"\0") for place, size in sectors)
 
 
 def _record_length(page: bytes, offset: int) -> int | None:

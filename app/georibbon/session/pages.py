@@ -20,6 +20,7 @@ _FILE_HEADER = 100
 _LOG_HEADER = 32
 _FRAME_HEADER = 24
 _SAMPLE = 100
+_SPARE = 2**20
 _WIDTHS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 6, 6: 8}
 
 
@@ -145,7 +146,12 @@ def _log_header(log: BufferedReader) -> bytes:
 
 
 def leaves(pages: Pages) -> Iterator[list[tuple[int, tuple[Value, ...]]]]:
-    """For each page that is a leaf of a table: its rows that can be read, with their ids."""
+    """For each page that is a leaf of a table: its rows that can be read, with their ids.
+
+    It ends early where all rows together are far longer than the file: then
+    they share what only one of them can hold.
+    """
+    budget = 2 * pages.count * pages.size + _SPARE
     for number in range(1, pages.count + 1):
         page = pages.page(number)
         start = _FILE_HEADER if number == 1 else 0
@@ -154,8 +160,14 @@ def leaves(pages: Pages) -> Iterator[list[tuple[int, tuple[Value, ...]]]]:
             pointers = page[start + 8 : start + 8 + 2 * cells]
             whole = pointers[: len(pointers) // 2 * 2]
             offsets = {offset for (offset,) in struct.iter_unpack(">H", whole)}
-            rows = (_row(pages, number, page, offset) for offset in sorted(offsets))
-            yield [row for row in rows if row is not None]
+            rows = []
+            for offset in sorted(offsets):
+                row, length = _row(pages, number, page, offset)
+                rows += [] if row is None else [row]
+                budget -= length
+                if budget < 0:
+                    return
+            yield rows
 
 
 def varint(data: bytes, offset: int) -> tuple[int, int] | None:
@@ -211,15 +223,15 @@ def _value(kind: int, data: bytes) -> Value:
 
 def _row(
     pages: Pages, number: int, page: bytes, offset: int
-) -> tuple[int, tuple[Value, ...]] | None:
-    """The id and the values of a cell."""
+) -> tuple[tuple[int, tuple[Value, ...]] | None, int]:
+    """The id and the values of a cell, and how many bytes were gone through for it."""
     length = varint(page, offset)
     key = length and varint(page, length[1])
     if not length or not key or length[0] > pages.count * pages.size:
-        return None
+        return None, 0
     record = pages.payload(Place(number, key[1], None), length[0])
     values = None if record is None else decode(record)
-    return None if values is None else (key[0], values)
+    return (None if values is None else (key[0], values)), length[0]
 
 
 def _local(length: int, usable: int) -> int:

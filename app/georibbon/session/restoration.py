@@ -22,7 +22,8 @@ from georibbon.session.state import MAX_PART, SessionState, fold
 from georibbon.session.words import counted, told
 
 MAX_LOST = 10_000
-MAX_UNFIT = 50
+MAX_FOLDED = 10_000_000  # events gone through to find those that do not fit
+MAX_TOLD = 1_000
 _LOST = "what stood here is lost"
 _KEYS = {"pose": "key", "pass": "name"}
 
@@ -72,11 +73,11 @@ def restore(carving: Carving, name: str, last: int | None) -> Restoration:
     if not carving.events:
         events, lost = sealed_events(carving.views.values())
         made = Restoration(replace(carving, events=events), lost=lost)
-    if not made.carving.events:
+    _keep_events(made)
+    if not made.events:
         raise SessionError(_nothing(carving, name))
     for piece in carving.pieces:
         made.pieces.setdefault(piece.part, []).append(piece)
-    _keep_events(made)
     if carving.events:  # the tables of version 1 are whole or not there
         _tell_end(made, last)
     _keep_frames(made, _place_ribbon(made))
@@ -125,7 +126,7 @@ def _keep_events(made: Restoration) -> None:
     """All events, with others in the place of those that are lost."""
     found = {event.id: event for event in made.carving.events if event.id <= MAX_EVENTS}
     missing: list[int] = []
-    expected, time = 1, made.carving.events[0].time
+    expected, time = 1, next((event.time for event in found.values()), now())
     for number in sorted(found):
         if number - expected + len(missing) > MAX_LOST:
             made.lost.append(f"the events from {number} on are left out: too many before are lost")
@@ -135,7 +136,7 @@ def _keep_events(made: Restoration) -> None:
             made.events.append(_blank(absent, time, _LOST))
         made.events.append(found[number])
         expected, time = number + 1, found[number].time
-    if made.events[0].action != "created":
+    if made.events and made.events[0].action != "created":
         made.events[0] = Event(1, made.events[0].time, "created", {"georibbon": __version__})
     for first, last in _runs(missing):
         made.lost.append(_lost_events(first, last))
@@ -147,9 +148,7 @@ def _tell_end(made: Restoration, last: int | None) -> None:
     """Say of the journal's end that it is lost, or that it may be."""
     end = made.carving.events[-1]
     if last is None:
-        made.lost.append(
-            f"whether more was done after event {end.id} ({in_words(end)}) is not known"
-        )
+        made.lost.append(f"whether more was done after event {end.id} ({_words(end)}) is not known")
     elif last > end.id:
         made.lost.append(_lost_events(end.id + 1, last))
 
@@ -216,11 +215,16 @@ def _title(event: Event) -> tuple[str, str] | None:
 def _leave_out(made: Restoration, i: int) -> None:
     """Put an event that changes nothing in the place of one that makes no sense here."""
     event = made.events[i]
-    made.events[i] = _blank(event.id, event.time, f"{in_words(event)} is left out")
+    made.events[i] = _blank(event.id, event.time, f"{_words(event)} is left out")
     if event.action != "remove":  # what it removed is not there
         made.lost.append(
-            f"event {event.id} ({in_words(event)}) is left out: it does not fit what is left"
+            f"event {event.id} ({_words(event)}) is left out: it does not fit what is left"
         )
+
+
+def _words(event: Event) -> str:
+    """What an event did, short whatever it holds."""
+    return told(in_words(event)).strip('"')
 
 
 def _fault(made: Restoration, event: Event, part: int, ribbon: Ribbon | None) -> str | None:
@@ -246,7 +250,7 @@ def _in_place_of(event: Event, title: tuple[str, str], replaced: bool) -> Event:
     """
     if replaced:
         return Event(event.id, event.time, "remove", {title[0]: title[1]})
-    text = f"{in_words(event)} was captured here; its frames are damaged"
+    text = f"{_words(event)} was captured here; its frames are damaged"
     return Event(event.id, event.time, "note", {"text": text})
 
 
@@ -259,26 +263,19 @@ def _kept(made: Restoration, part: int, columns: int) -> str:
 
 def _keep_what_fits(made: Restoration) -> None:
     """The state of the events, those left out that cannot follow on what is there."""
-    for _ in range(MAX_UNFIT):
-        place = _first_misfit(made.events)
-        if place is None:
-            made.state = fold(made.events)
-            return
-        _leave_out(made, place)
-    raise SessionError(
-        "the journal makes no sense any more; take a copy of the session made before"
-    )
-
-
-def _first_misfit(events: Sequence[Event]) -> int | None:
-    """The place of an event after which the state cannot be told; None where it can."""
-    if _folds(events):
-        return None
-    fine, bad = 1, len(events)
-    while bad - fine > 1:
-        middle = (fine + bad) // 2
-        fine, bad = (middle, bad) if _folds(events[:middle]) else (fine, middle)
-    return bad - 1
+    budget = MAX_FOLDED
+    while not _folds(made.events):
+        fine, bad = 1, len(made.events)
+        while bad - fine > 1:
+            budget -= bad
+            middle = (fine + bad) // 2
+            fine, bad = (middle, bad) if _folds(made.events[:middle]) else (fine, middle)
+        if budget < 0:
+            raise SessionError(
+                "the journal makes no sense any more; take a copy of the session made before"
+            )
+        _leave_out(made, bad - 1)
+    made.state = fold(made.events)
 
 
 def _folds(events: Sequence[Event]) -> bool:
@@ -341,6 +338,8 @@ def _tell_rest(made: Restoration) -> None:
     """A note of what was lost, in the session itself."""
     if not made.carving.whole:
         made.lost.append("the file leads in circles; not all of it was searched")
+    if len(made.lost) > MAX_TOLD:
+        made.lost[MAX_TOLD:] = [f"and {len(made.lost) - MAX_TOLD} losses more"]
     text = "\n".join(["Salvaged from a damaged file.", *made.lost])
     printable = "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
     _append(made, "note", {"text": printable[:MAX_TEXT]})

@@ -2,7 +2,7 @@
 
 import contextlib
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -199,7 +199,7 @@ def _check_part(database: sqlite3.Connection, part: int, state: SessionState) ->
     return float(readings.t[-1])
 
 
-def _check_stream(chunks: Iterator[Chunk], columns: int) -> float:
+def _check_stream(chunks: Iterable[Chunk], columns: int) -> float:
     """Check a stream piece by piece: it may be long.  Returns the time of the last frame."""
     end = -np.inf
     for i, chunk in enumerate(chunks):

@@ -11,6 +11,7 @@ from georibbon.session.events import Event
 from georibbon.session.pages import Pages, Value, leaves
 
 MAX_RUNS = 40  # pages on which rows of one shape are looked for in every run of neighbours
+_SEAL = 32  # bytes
 _COLUMN = re.compile(r'"?(\w+)"? (INTEGER|TEXT|REAL|BLOB)( PRIMARY KEY)?( NOT NULL)?')
 _KINDS = {"INTEGER": (int,), "TEXT": (str,), "REAL": (int, float), "BLOB": (bytes,)}
 Row = tuple[Value, ...]
@@ -24,7 +25,7 @@ def sealed_events(views: Iterable[Pages]) -> tuple[tuple[Event, ...], list[str]]
     there are no seals, or what they seal makes no sense.
     """
     for pages in views:
-        found = list(leaves(pages))
+        found = [[row for row in leaf if _small(row[1])] for leaf in leaves(pages)]
         seals = {row[0]: row[1] for row in _rows(found, version1.UNSEALED["seal"])}
         tables = {name: _sealed(found, name, seals.get(name)) for name in version1.TABLES}
         if any(tables.values()):
@@ -33,6 +34,11 @@ def sealed_events(views: Iterable[Pages]) -> tuple[tuple[Event, ...], list[str]]
             ]
             return _events({name: rows or [] for name, rows in tables.items()}), lost
     return (), []
+
+
+def _small(values: Row) -> bool:
+    """Whether a row may be one of the sealed tables: that of the frames is not."""
+    return not any(isinstance(value, bytes) and len(value) > _SEAL for value in values)
 
 
 def _events(tables: dict[str, list[Row]]) -> tuple[Event, ...]:
