@@ -595,6 +595,31 @@ def no_larger_than(run, size):
     resource.prlimit(run.process.pid, resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
 
 
+def test_in_two_terminals(tmp_path, elsewhere):
+    """`georibbon virtual` in one, `georibbon record` in the other, a faulty cable between."""
+    path = tmp_path / "run.georibbon"
+    words = ["virtual", "--tcp=127.0.0.1:0", "--sensors=6", "--length=0.4"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "georibbon", *words, "--drop=0.1", "--damage=0.1"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as ribbon:  # fmt: skip
+        url = ribbon.stdout.readline().split()[-1]
+        run = elsewhere(url, "--seconds", "1.5", "-o", path)
+        assert run.over() == 0
+        ribbon.communicate("quit\n")
+    assert run.last["durable"] == run.last["frames"] > 0
+    assert run.last["damaged"] > 0
+    told = subprocess.run(
+        [sys.executable, "-m", "georibbon", "info", path, "--json"],
+        stdout=subprocess.PIPE, check=True,
+    ).stdout  # fmt: skip
+    assert json.loads(told)["frames"] == run.last["frames"]
+    gaps = missing(frames_in(path, None))
+    # What was lost before the first frame and after the last leaves no gap between frames.
+    assert 0 < gaps <= run.last["lost"]
+    assert run.last["frames"] + gaps <= 150
+
+
 def test_killed_at_any_moment(tmp_path, elsewhere):
     """Ten recordings killed: what was announced as durable is in each file."""
     random = np.random.default_rng(1)
