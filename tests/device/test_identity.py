@@ -103,6 +103,13 @@ def test_nothing_may_be_missing(field):
         read(data)
 
 
+def test_a_ribbon_without_sensors():
+    data = fields()
+    del data["sensors"]
+    with pytest.raises(DeviceError, match="no accelerometer among its sensors"):
+        read(data)
+
+
 def test_an_identity_that_no_packet_holds():
     half = [Sensor(f"A{i:02}", "accelerometer", 3, i / 100, 16384.0) for i in range(32)]
     other = [Sensor(f"M{i:02}", "magnetometer", 2, i / 100, 2000.0) for i in range(32)]

@@ -150,6 +150,48 @@ def test_what_the_line_held_before_is_dropped():
     assert link.health().lost == 0
 
 
+def test_what_came_before_the_first_identity_is_nobodys():
+    """A ribbon that heeds "stop" late, and says something first."""
+    ribbon = FakeRibbon()
+    heard = ribbon._answer
+
+    def late(line):
+        said = ribbon.packet(MESSAGE, b"booted") + ribbon.frame() if line == "stop" else b""
+        return said + heard(line)
+
+    ribbon._answer = late
+    link, told, _ = link_to(ribbon)
+    tap = link.recorder()
+    with link:
+        streams(link)
+        accounted(link, ribbon, 3)
+    assert told.messages("message") == ["booted"]
+    frames = tap.take()
+    assert int(frames[0].counts[0]) == 2
+    assert frames[0].t == 0.0
+
+
+def test_a_packet_that_comes_twice_is_one_frame():
+    ribbon = FakeRibbon()
+    once, repeated = ribbon.packet, set()
+
+    def twice(kind, payload):
+        data = once(kind, payload)
+        if kind != FRAME or repeated:
+            return data
+        repeated.add(1)
+        return data + data
+
+    ribbon.packet = twice
+    link, _, _ = link_to(ribbon)
+    tap = link.recorder()
+    with link:
+        streams(link, 20)
+        health = accounted(link, ribbon, 1)
+    assert (health.lost, health.damaged, health.restarts) == (0, 1, 0)
+    assert [int(frame.counts[0]) for frame in tap.take()] == list(range(1, ribbon.frames + 1))
+
+
 def test_a_slow_reader_misses_and_the_recorder_does_not():
     ribbon = FakeRibbon()
     link, _, _ = link_to(ribbon, capacity=20)
@@ -373,6 +415,29 @@ def test_it_is_found_again_under_another_name():
     assert health.reconnects == 1
 
 
+def test_a_port_of_the_same_device_that_does_not_open_is_passed_over():
+    ribbon, names = FakeRibbon(), ["/dev/ttyACM0"]
+    opened = []
+
+    def opening(url, _baudrate):
+        opened.append(url)
+        if url == "/dev/ttyACM3":
+            raise DeviceError("in use")
+        return DirectPort(ribbon)
+
+    def listing():
+        return [PortInfo(name, "Ribbon", "0007", 1, 2) for name in names]
+
+    link = Link("/dev/ttyACM0", timing=QUICK, open_port=opening, list_ports=listing)
+    with link:
+        streams(link)
+        names[:] = ["/dev/ttyACM3"]
+        link._finder.opened("/dev/ttyACM3")
+        ribbon.says.append((IDENTITY, b"nonsense"))
+        wait_until(lambda: link.health().reconnects == 1)
+    assert opened == ["/dev/ttyACM0", "/dev/ttyACM3", "/dev/ttyACM0"]
+
+
 def test_another_ribbon_is_refused_until_the_right_one_is_back():
     ribbon, other = FakeRibbon(), FakeRibbon(replace(RIBBON, id="GR-0009"))
     link, told, at = link_to(ribbon)
@@ -572,6 +637,18 @@ def test_a_port_that_opens_after_the_stop_is_closed_again():
     assert port.closed.wait(20.0)
     link._thread.join()
     assert ribbon.commands == []
+
+
+def test_stop_while_the_rate_is_asked_for():
+    ribbon = FakeRibbon()
+    heard = ribbon._answer
+    ribbon._answer = lambda line: heard(line) if len(ribbon.commands) < 3 else b""
+    link, _, _ = link_to(ribbon, rate=50.0)
+    link.start()
+    wait_until(lambda: "rate 50" in ribbon.commands)
+    link.stop()
+    link._thread.join()
+    assert link.identity is None
 
 
 def test_stop_ends_the_waits():
