@@ -22,6 +22,7 @@ from georibbon.session.database import (
     check_tables,
     connect,
     damaged,
+    pragma,
     read_chunks,
     read_events,
     read_sizes,
@@ -35,6 +36,7 @@ from georibbon.session.state import SessionState, fold, parts_of
 
 MAX_SESSION = 2**38
 _MAGIC = b"SQLite format 3\x00"
+_LOG_HEADER = 32  # bytes: a shorter log holds nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,22 +130,49 @@ def read_part(database: sqlite3.Connection, part: int, state: SessionState) -> R
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """A connection suited to how the file was left."""
     resolved = path.resolve()
-    log, index, journal = (Path(f"{resolved}{end}") for end in ("-wal", "-shm", "-journal"))
-    with tempfile.TemporaryDirectory(prefix="georibbon-") as folder:
-        query = "mode=ro"
-        if open_here(path) or holder(path) is not None:
-            pass
-        elif kind_of(journal) != "nothing" or (
-            kind_of(log) != "nothing" and kind_of(index) == "nothing"
-        ):
-            # SQLite has to finish what was broken off: in a copy
-            resolved, query = _copied(resolved, Path(folder)), "mode=rw"
-        elif kind_of(log) != "nothing":
-            query = "mode=ro&readonly_shm=1"
-        elif _head(resolved, 20)[19:] == b"\x02":
-            query = "mode=ro&immutable=1"  # in WAL mode, with nothing in the log
-        with closing(connect(f"{resolved.as_uri()}?{query}")) as database:
+    query = _way(resolved)
+    database = None if query is None else _tried(resolved, query)
+    if database is not None:
+        with closing(database):
             yield database
+        return
+    # SQLite has to finish what was broken off: in a copy
+    with tempfile.TemporaryDirectory(prefix="georibbon-") as folder:
+        copy = _copied(resolved, Path(folder))
+        with closing(connect(f"{copy.as_uri()}?mode=rw")) as database:
+            yield database
+
+
+def _way(path: Path) -> str | None:
+    """How SQLite can read a file where it is and change nothing; None where it cannot."""
+    log, index, journal = (Path(f"{path}{end}") for end in ("-wal", "-shm", "-journal"))
+    if open_here(path) or holder(path) is not None:
+        return "mode=ro"
+    if kind_of(journal) != "nothing":
+        return None
+    if _size(log) >= _LOG_HEADER:
+        return "mode=ro&readonly_shm=1" if kind_of(index) != "nothing" else None
+    if _head(path, 20)[19:] == b"\x02":
+        return "mode=ro&immutable=1"  # in WAL mode, with nothing in the log
+    return "mode=ro"
+
+
+def _tried(path: Path, query: str) -> sqlite3.Connection | None:
+    """A connection of one kind; None where the log or its index was left half made."""
+    database = connect(f"{path.as_uri()}?{query}")
+    try:
+        pragma(database, "schema_version")
+    except sqlite3.Error:
+        database.close()
+        if "readonly_shm" in query:
+            return None
+        raise
+    return database
+
+
+def _size(path: Path) -> int:
+    """The size of a file, 0 where there is none."""
+    return path.stat().st_size if kind_of(path) == "file" else 0
 
 
 def _copied(path: Path, folder: Path) -> Path:
