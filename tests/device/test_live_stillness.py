@@ -178,6 +178,25 @@ def test_noise_neither_falls_to_nothing_nor_is_learned_from_a_frozen_sensor():
     assert noise.sigma[0] == 5.0
 
 
+def test_noise_that_has_truly_grown_is_learned_in_the_end():
+    noise = LearnedNoise(10, np.full(1, 0.1), np.full(1, 1e4))
+    rng, there = np.random.default_rng(1), np.ones(1, dtype=bool)
+    for sigma, frames in ((20.0, 500), (60.0, 15_000)):
+        for value in np.rint(rng.normal(0.0, sigma, frames)).astype(np.int64):
+            noise.append(np.array([value]), there)
+        assert 0.6 * sigma < noise.sigma[0] < 1.1 * sigma
+
+
+@pytest.mark.parametrize("rate", [4.0, 25.0, 400.0, 1000.0])
+def test_any_rate_will_do(rate):
+    ribbon = replace(RIBBON, rate=rate)
+    counts = moved(at_rest(int(4 * rate) + 20), int(3 * rate), np.full(1, 60.0))
+    found = told(counts, StillnessMonitor(ribbon), rate=rate)
+    first = next(one for one in found if one.state == "still")
+    assert first.seconds == pytest.approx((max(10, round(rate / 2)) - 1) / rate)
+    assert found[int(3 * rate) + max(3, int(0.1 * rate))].state == "moving"
+
+
 # --- the same whatever the units and the blocks ---
 
 

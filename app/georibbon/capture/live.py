@@ -175,9 +175,8 @@ class LiveFit:
         if self._rivals:
             place = self._rival(problem, place)
             if not self._rivals:
-                place = self._tried(problem, place, smoothing)
-        else:
-            self._look(problem, place)
+                return self._tried(problem, place, smoothing)
+        self._look(problem, place)
         return place
 
     def _begin(self, problem: StripProblem, smoothing: float | None) -> _Place:
@@ -195,7 +194,7 @@ class LiveFit:
         self._lost = cost > self._usual + max(RISEN, RISEN_SHARE * self._usual)
         poor = cost > POOR * self._axes(problem)
         self._usual = min(self._usual, cost)
-        if self._since >= (SOON if self._lost or poor else OFTEN):
+        if not self._rivals and self._since >= (SOON if self._lost or poor else OFTEN):
             starts = find_starts(problem).shape
             self._rivals = [starts.take([k]) for k in range(len(starts.start))]
             self._since, self._twin = 0, False

@@ -216,9 +216,12 @@ class LearnedNoise:
         share = np.minimum(steps / np.where(told, spread, 1.0), 1.0) ** 2
         slow = spread * np.sqrt((2.0 - share) / np.where(told, share, 1.0))
         self._blocks = np.concatenate([self._blocks[1:], np.stack([spread, slow])[None]])
-        self._noise = np.fmin(self._noise * self.FORGETTING, _medians(self._blocks))
-        self.sigma = np.clip(self._noise[0], self._least, self._most)
-        self.slow = np.clip(self._noise[1], self.sigma, self.MOST_RATIO**2 * self._most)
+        median = np.fmin(self._noise * self.FORGETTING, _medians(self._blocks))
+        # The least of medians over few blocks would be far too small: those are not kept.
+        all_told = np.isfinite(self._blocks).all(axis=0)
+        self._noise = np.where(all_told, median, self._noise * self.FORGETTING)
+        self.sigma = np.clip(median[0], self._least, self._most)
+        self.slow = np.clip(median[1], self.sigma, self.MOST_RATIO**2 * self._most)
 
 
 def _medians(values: FloatArray) -> FloatArray:
