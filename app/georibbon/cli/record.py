@@ -290,7 +290,10 @@ class _Run:
             return None
         with suppress(OSError, GeoribbonError):  # what is not there then is told by `_judge`
             folder = Path(tempfile.mkdtemp(prefix="georibbon-"))
-            self._log.move_to(folder / self._log.path.name)
+            try:
+                self._log.move_to(folder / self._log.path.name)
+            except GeoribbonError:
+                folder.rmdir()
         return self._log.path
 
     def _judge(self, moved: Path | None) -> None:
