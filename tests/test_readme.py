@@ -14,10 +14,15 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 FORMAT = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
 
 
-def commands():
-    """The georibbon commands of the README's code blocks, in order, without their comments."""
-    lines = re.findall(r"^ {4,}(georibbon .*)$", README, re.MULTILINE)
+def lines_of(text):
+    """The georibbon commands of the code blocks in a text, in order, without their comments."""
+    lines = re.findall(r"^ {4,}(georibbon .*)$", text, re.MULTILINE)
     return [line.split("#")[0].split() for line in lines]
+
+
+def commands():
+    """The commands that need no ribbon: those before the section on capturing."""
+    return lines_of(README.split("## Capture")[0])
 
 
 def run(words, folder):
@@ -45,6 +50,33 @@ def test_the_commands_run_and_leave_what_they_name(folder):
         assert (folder / name).exists(), name
     for name in ("report.html", "surface.stl", "curves.csv", "surface.png", "demo.georibbon"):
         assert (folder / "build" / "demo" / name).stat().st_size > 1000
+
+
+@pytest.mark.timeout(300)
+def test_the_two_terminals_capture_and_reconstruct(tmp_path):
+    _, virtual, capture, reconstruct = lines_of(README.split("## Capture")[1])
+    (tmp_path / "build").mkdir()
+    assert capture[-2:] == ["<", "/dev/null"]
+    # The same, with quicker hands.
+    hurry = ["--hold", "1.5", "--pace", "0.3", "--poses", "12"]
+    georibbon = [sys.executable, "-m", "georibbon"]
+    with subprocess.Popen(
+        [*georibbon, *virtual[1:], *hurry], cwd=tmp_path, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, text=True,
+    ) as ribbon:  # fmt: skip
+        try:
+            assert ribbon.stdout.readline() == "ribbon at build/ribbon\n"
+            done = subprocess.run(
+                [*georibbon, *capture[1:-2]], cwd=tmp_path, stdin=subprocess.DEVNULL,
+                capture_output=True, text=True, check=False,
+            )  # fmt: skip
+        finally:
+            ribbon.terminate()
+    assert done.returncode == 0, done.stderr
+    assert "P5 is taken" in done.stdout
+    told = run([*georibbon, *reconstruct[1:]], tmp_path)
+    assert "good" in told
+    assert (tmp_path / "build" / "bonnet.stl").stat().st_size > 1000
 
 
 @pytest.mark.timeout(300)
