@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -77,7 +78,9 @@ class Outcome:
 
 def killed(folder: Path, seed: int, longest: float) -> Outcome:
     """Start a capture, kill it after at most so many seconds, and look at what is left."""
-    path = folder / "victim.georibbon"
+    place = folder / str(seed)
+    place.mkdir()
+    path = place / "victim.georibbon"
     said = _run(path, random.Random(seed).uniform(0.0, longest))  # noqa: S311 (no secret)
     known: Acknowledged = {}
     for line in said.split("\n")[:-1]:
@@ -86,8 +89,7 @@ def killed(folder: Path, seed: int, longest: float) -> Outcome:
     try:
         return _outcome(path, known)
     finally:
-        for file in folder.iterdir():
-            file.unlink()
+        shutil.rmtree(place)
 
 
 def _run(path: Path, seconds: float) -> str:

@@ -27,8 +27,8 @@ from georibbon.session.events import Event
 from georibbon.session.files import built_file, kind_of, sync_folder
 
 LARGEST_LOG = 16 * 2**20
-_TRY_LOG = 2.0  # seconds between attempts to shorten a log that somebody reads
-_WAIT = 2.0  # seconds to wait for readers when closing
+TRY_LOG = 2.0  # seconds between attempts to shorten a log that somebody reads
+WAIT = 2.0  # seconds to wait for readers when closing
 Cut = tuple[int, int]
 
 
@@ -146,7 +146,7 @@ class Store:
             return
         with suppress(OSError, sqlite3.Error):
             if self._log.stat().st_size > LARGEST_LOG:
-                self._next_try = time.monotonic() + _TRY_LOG
+                self._next_try = time.monotonic() + TRY_LOG
                 self._database.execute("PRAGMA busy_timeout = 50")
                 self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         with suppress(sqlite3.Error):
@@ -205,9 +205,9 @@ class Store:
                 Path(f"{self._place}-shm").unlink(missing_ok=True)
 
     def _plain(self) -> bool:
-        self._database.execute(f"PRAGMA busy_timeout = {int(1000 * _WAIT)}")
+        self._database.execute(f"PRAGMA busy_timeout = {int(1000 * WAIT)}")
         self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        deadline = time.monotonic() + _WAIT
+        deadline = time.monotonic() + WAIT
         while True:
             with suppress(sqlite3.OperationalError):
                 if pragma(self._database, "journal_mode = DELETE") == "delete":
