@@ -292,6 +292,14 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path):
             pass
 
 
+def test_what_a_disk_cannot_read_is_nothing():
+    class Broken:
+        def seek(self, *_):
+            raise OSError(5, "Input/output error")
+
+    assert pages.read_at(Broken(), 0, 10) == b""
+
+
 @given(st.binary(max_size=40))
 def test_any_record_is_decoded_or_none(data):
     values = decode(data)

@@ -17,8 +17,9 @@ from made import RIBBON, readings, same
 
 from georibbon.errors import GeoribbonError, SessionError
 from georibbon.ribbon import Readings
-from georibbon.session import restoration
-from georibbon.session.chunks import pack
+from georibbon.session import carving, restoration
+from georibbon.session import database as database_module
+from georibbon.session.chunks import Chunk, DamagedError, pack
 from georibbon.session.database import read_chunks
 from georibbon.session.reading import contents, frames_of, reading
 from georibbon.session.salvage import check_session, salvage
@@ -591,7 +592,69 @@ def test_not_more_is_told_than_a_person_reads(session, tmp_path, monkeypatch):
     assert saved.lost[2:] == ("and 4 losses more",)
 
 
+def test_frames_of_which_there_are_two_kinds_are_not_taken_for_good(tmp_path):
+    """As when another pass was written over a part whose first frames are still in the file."""
+    path = tmp_path / "s.georibbon"
+    run = journals.event(3, "pass", name="P1", kind="pass", part=1, frames=300)
+    with closing(journals.opened(path)) as database:
+        (made,) = database.execute("SELECT sql FROM sqlite_schema WHERE name = 'chunk'").fetchone()
+        database.execute("DROP TABLE chunk")
+        database.execute(made.replace(", UNIQUE (part, place)", ""))
+        journals.add(database, [*MADE.events[:2], run], pack(readings(300, seed=7), 1))
+        journals.add(database, chunks=pack(readings(300, seed=8), 1))
+    assert "more than once and differ" in check_session(path).lost[0]
+    assert salvage(path, tmp_path / "t.georibbon").passes == 0
+
+
+def test_a_file_that_changes_while_it_is_salvaged_is_told(session, tmp_path, monkeypatch):
+    def changed(*_):
+        raise DamagedError("frames of part 1 changed while they were read")
+
+    monkeypatch.setattr(restoration, "stretch", changed)
+    damaged_rows(session, "event", "id = 3")
+    with pytest.raises(SessionError, match="see that no program writes to it"):
+        check_session(session)
+    with pytest.raises(SessionError, match="see that no program writes to it"):
+        salvage(session, tmp_path / "t.georibbon")
+    assert list(tmp_path.iterdir()) == [session]
+
+
+def test_a_session_that_another_program_has_locked_is_no_damaged_one(session, monkeypatch):
+    at_once = functools.partial(database_module.connect, timeout=0.0)
+    monkeypatch.setattr("georibbon.session.reading.connect", at_once)
+    with closing(sqlite3.connect(session, isolation_level=None)) as database:
+        database.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(SessionError, match="another program is writing"):
+            check_session(session)
+
+
+def test_what_was_not_gone_through_wholly_is_told(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(carving, "MAX_ROWS", 30)
+    saved = salvage(session, tmp_path / "t.georibbon")
+    assert "the file leads in circles; not all of it was searched" in saved.lost
+
+
+def forged(t, width=2, columns=8):
+    """A chunk with any times and the digest that goes with them."""
+    t = np.array(t, dtype="<f8")
+    return Chunk(1, 0, t.size, width, t.tobytes(), bytes(t.size * width * columns))
+
+
+@pytest.mark.parametrize("t", [[0.0, 0.0], [1.0, np.nan], [0.0, np.inf], [2.0, 1.0]])
+@pytest.mark.parametrize("action", ["pass", "stream"])
+def test_frames_with_a_digest_and_no_sense_are_not_kept(tmp_path, t, action):
+    detail = {"name": "P", "kind": "pass", "part": 1, "frames": 2}
+    if action == "stream":
+        detail = {"part": 1, "rate": 100.0}
+    path = tmp_path / "s.georibbon"
+    journals.write(path, [*MADE.events[:2], journals.event(3, action, **detail)], [forged(t)])
+    assert check_session(path).verdict == "damaged"
+    saved = salvage(path, tmp_path / "t.georibbon")
+    assert (saved.passes, saved.frames) == (0, 0)
+
+
 HOSTILE = {
+    "very many frames": [journals.event(3, "pass", name="P", kind="pass", part=1, frames=2**53)],
     "a part twice": [journals.event(3, "stream", part=1, rate=1.0)] * 2,
     "no part": [journals.event(3, "stream", part="1", rate=1.0)],
     "no frames": [journals.event(3, "pass", name="P", kind="pass", part=1, frames=0)],
@@ -611,5 +674,6 @@ def test_what_has_a_digest_and_no_sense_is_left_out(tmp_path, name):
     journals.write(path, [*MADE.events[:2], *events], pack(readings(4), 1))
     assert check_session(path).verdict == "damaged"
     saved = salvage(path, tmp_path / "t.georibbon")
-    assert any("left out" in line or "not known" in line for line in saved.lost)
+    words = ("left out", "not known", "are damaged")
+    assert any(word in line for word in words for line in saved.lost)
     assert check_session(tmp_path / "t.georibbon").verdict == "fine"

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from georibbon.arrays import FloatArray
 from georibbon.ribbon import Readings
 from georibbon.session.carving import Carving, Piece
 from georibbon.session.chunks import FRAMES, Chunk, DamagedError, joined, pack
+from georibbon.session.fields import MAX_NUMBER
 from georibbon.session.words import counted
 
 
@@ -21,7 +23,7 @@ def whole_part(
     """
     places = {piece.place: piece for piece in pieces}
     expected = -(-frames // FRAMES)
-    missing = sum(place not in places for place in range(expected))
+    missing = expected - sum(place < expected for place in places)
     if missing:
         verb = "is" if missing == 1 else "are"
         number = f"{missing} of {counted(expected, 'piece')} of its frames"
@@ -29,9 +31,14 @@ def whole_part(
     if len(places) < len(pieces) or sum(piece.frames for piece in pieces) != frames:
         raise DamagedError("its frames are there more than once and differ")
     chunks = tuple(carving.chunk(places[place]) for place in range(expected))
-    if np.any(np.diff(joined(chunks, columns).t) <= 0.0):
+    if not grows(joined(chunks, columns).t):
         raise DamagedError("the times of its frames do not grow")
     return chunks
+
+
+def grows(t: FloatArray) -> bool:
+    """Whether times, in seconds, are such as frames have."""
+    return bool(np.all(np.abs(t) <= MAX_NUMBER) and np.all(np.diff(t) > 0.0))
 
 
 def stretch(carving: Carving, pieces: Sequence[Piece], columns: int) -> Iterator[Readings]:
@@ -49,8 +56,7 @@ def stretch(carving: Carving, pieces: Sequence[Piece], columns: int) -> Iterator
         if last > end:
             readings = joined([replace(carving.chunk(piece), place=0)], columns)
             fresh = readings.t > end
-            growing = np.concatenate([[True], np.diff(readings.t) > 0.0])
-            if np.all(growing) and np.all(np.isfinite(readings.t)):
+            if grows(readings.t):
                 yield Readings(readings.t[fresh], readings.counts[fresh])
                 end = last
 

@@ -1,11 +1,11 @@
 """Whether a session file is in order; if not, what can be saved of it into a new one."""
 
-import contextlib
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from georibbon.session.carving import Carving, carved
 from georibbon.session.chunks import Chunk, DamagedError, joined
 from georibbon.session.counts import check_readings
 from georibbon.session.database import read_chunks
+from georibbon.session.joining import grows
 from georibbon.session.lock import holder
 from georibbon.session.reading import Contents, check_file, contents, frames_of, reading
 from georibbon.session.restoration import Restoration, restore
@@ -91,10 +92,7 @@ def salvage(path: Path, target: Path) -> Checkup:
     except SessionError as error:
         foreign = error
     with _restored(path, foreign) as made:
-        try:
-            create(target, made.events, made.chunks())
-        except DamagedError as error:
-            raise SessionError(f"{path.name}: {error}; close what writes to it") from error
+        create(target, made.events, made.chunks())
     found = _read_wholly(target)
     message = f"{target.name}: all that can be read of {path.name}"
     frames = sum(found.sizes.values())
@@ -153,7 +151,7 @@ def _is_ours(head: bytes) -> bool:
     return head[:16] == b"SQLite format 3\0" and head[68:72] == APPLICATION_ID.to_bytes(4)
 
 
-@contextlib.contextmanager
+@contextmanager
 def _restored(path: Path, foreign: SessionError | None) -> Iterator[Restoration]:
     """What can be saved of a session.
 
@@ -162,7 +160,11 @@ def _restored(path: Path, foreign: SessionError | None) -> Iterator[Restoration]
     with carved(path) as carving:
         if foreign is not None and not carving.events and not carving.pieces:
             raise foreign
-        yield restore(carving, path.name, _last_event(path))
+        try:
+            yield restore(carving, path.name, _last_event(path))
+        except DamagedError as error:
+            message = f"{path.name}: {error}; see that no program writes to it, and try again"
+            raise SessionError(message) from error
 
 
 def _last_event(path: Path) -> int | None:
@@ -190,7 +192,9 @@ def _check_part(database: sqlite3.Connection, part: int, state: SessionState) ->
     """Check the frames of a part; returns the time of the last.  Raises DamagedError."""
     columns = () if state.ribbon is None else state.ribbon.columns
     if any(part == stream.part for stream in state.streams):
-        return _check_stream(read_chunks(database, part), len(columns))
+        # left before its end, it would close its cursor when the database is closed
+        with closing(cast("Generator[Chunk, None, None]", read_chunks(database, part))) as chunks:
+            return _check_stream(chunks, len(columns))
     readings = frames_of(read_chunks(database, part), state)
     try:
         check_readings(readings, columns, f"part {part}")
@@ -204,7 +208,7 @@ def _check_stream(chunks: Iterable[Chunk], columns: int) -> float:
     end = -np.inf
     for i, chunk in enumerate(chunks):
         t = joined([replace(chunk, place=chunk.place - i)], columns).t
-        if not np.all(np.diff(t, prepend=end) > 0.0):
+        if not grows(t) or t[0] <= end:
             raise DamagedError(f"the times of frames in part {chunk.part} do not grow")
         end = float(t[-1])
     return end

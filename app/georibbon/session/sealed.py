@@ -44,18 +44,23 @@ def _small(values: Row) -> bool:
 def _events(tables: dict[str, list[Row]]) -> tuple[Event, ...]:
     """The events in tables, read as those of a file are."""
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
-        for statement in version1.statements().values():
-            database.execute(statement)
-        for name, rows in tables.items():
-            for row in rows:
-                marks = ", ".join("?" * len(row))
-                database.execute(f'INSERT INTO "{name}" VALUES ({marks})', row)  # noqa: S608 (our names)
-            seal = (name, version1.digest(version1.select(database, name)))
-            database.execute("INSERT INTO seal VALUES (?, ?)", seal)
         try:
+            _refill(database, tables)
             return version1.read_events(database)
-        except DamagedError:
+        except (DamagedError, sqlite3.Error, OverflowError):
             return ()
+
+
+def _refill(database: sqlite3.Connection, tables: dict[str, list[Row]]) -> None:
+    """Make the tables of version 1 with these rows, and seal them anew."""
+    for statement in version1.statements().values():
+        database.execute(statement)
+    for name, rows in tables.items():
+        for row in rows:
+            marks = ", ".join("?" * len(row))
+            database.execute(f'INSERT INTO "{name}" VALUES ({marks})', row)  # noqa: S608 (our names)
+        seal = (name, version1.digest(version1.select(database, name)))
+        database.execute("INSERT INTO seal VALUES (?, ?)", seal)
 
 
 def _sealed(found: Sequence[Leaf], name: str, seal: object) -> list[Row] | None:
