@@ -30,9 +30,9 @@ calibration's poses.  The first line printed is `ribbon at URL`; give that URL t
 
 Then it reads commands from standard input, a line each, and answers each with a line.
 When standard input ends it goes on until it is interrupted (or, with --play, until
-everything was played).  After `unplug` and `replug` the ribbon's clock and sequence
-numbers go on, and it is silent until the host says start, as a ribbon with its own
-battery is.
+everything was played), so that `< /dev/null` lets it run in the background.  After
+`unplug` and `replug` the ribbon's clock and sequence numbers go on, and it is silent
+until the host says start, as a ribbon with its own battery is.
 
 The same words give the same sensors, passes and survey as `georibbon simulate`.
 
@@ -48,7 +48,7 @@ examples:
   georibbon virtual --pty build/ribbon
   georibbon virtual --surface dome --ties 2 --tcp 127.0.0.1:7000 --truth build/dome.truth.json
   georibbon virtual --mesh part.stl --unit mm --passes 7 --pty --plan build/part.plan.toml
-  georibbon virtual --pty build/ribbon --play --hold 4 < /dev/null"""
+  georibbon virtual --pty build/ribbon --play --hold 4"""
 
 DEFAULT_SURFACE = "bonnet"
 # What `simulate` calls --plan is the number of poses; here --plan is the plan's file.
