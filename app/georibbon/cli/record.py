@@ -44,7 +44,7 @@ Once a second, and at the end, one JSON line is printed:
 What happens to the link and to the disk is told on standard error, a sentence each.  While
 the disk is full or the file cannot be written, the frames are kept in memory and it is tried
 again every second.  A file that is there is never overwritten.  In a CSV file whose last
-line has no line feed at its end, a crash of the computer cut that line off: remove it."""
+line has no line feed at its end, a crash cut that line off: remove it."""
 
 EPILOG = """\
 examples:
