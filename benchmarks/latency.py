@@ -5,7 +5,7 @@ in real time, two seconds moved by hand and two seconds at rest by turns.  This
 process reads it through the link and brings stillness and curve up to date for
 every frame that has come, as a window would for every displayed frame.  A
 frame's latency is from the moment before its packet was written to the moment
-when a curve that knows it is there.
+when a curve that knows it is there.  Measure on a machine that does nothing else.
 
     .venv/bin/python benchmarks/latency.py [--seconds S] [--sensors N] [--axes 2|3] [--rate HZ]
 """

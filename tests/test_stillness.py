@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from georibbon.ribbon import Readings
-from georibbon.stillness import still_means
+from georibbon.stillness import means_of_blocks, still_means
 
 
 def readings(counts: np.ndarray) -> Readings:
@@ -64,3 +64,23 @@ def test_sigma_is_honest_over_many_windows(memory: float) -> None:
     found = still_means(readings(noise))
     honest = np.sqrt(np.mean(found.mean**2) / np.mean(found.sigma**2))
     assert 0.9 < honest < 1.1
+
+
+def test_blocks_of_one_value_give_the_spread_over_the_root_of_the_number() -> None:
+    counts = np.random.default_rng(4).normal(0.0, 20.0, (80, 3))
+    found = means_of_blocks(counts, np.ones_like(counts))
+    np.testing.assert_allclose(found.mean, counts.mean(axis=0))
+    np.testing.assert_allclose(found.sigma, counts.std(axis=0, ddof=1) / np.sqrt(80))
+
+
+def test_blocks_of_any_length_have_the_mean_of_their_values() -> None:
+    counts = np.random.default_rng(5).normal(300.0, 20.0, (100, 2))
+    cuts = np.array([0, 3, 4, 40, 60, 61, 90])
+    sums = np.add.reduceat(counts, cuts, axis=0)
+    sizes = np.tile(np.diff([*cuts, 100])[:, None].astype(float), (1, 2))
+    empty = np.zeros((2, 2))
+    found = means_of_blocks(np.concatenate([sums, empty]), np.concatenate([sizes, empty]))
+    np.testing.assert_allclose(found.mean, counts.mean(axis=0))
+    np.testing.assert_array_equal(found.frames, [100, 100])
+    parts = sizes * (sums / sizes - counts.mean(axis=0)) ** 2
+    np.testing.assert_allclose(found.sigma**2, parts.sum(axis=0) / (6 * 100))
