@@ -129,6 +129,19 @@ def test_a_move_is_smooth_and_ends_where_it_should():
     assert np.abs(np.diff(speed, axis=0)).max() < 0.5
 
 
+def test_hands_that_moved_go_on_without_a_jerk():
+    world = world_of(replace(QUIET, layout=replace(QUIET.layout, contact=0.0)))
+    steps = []
+    for words in ("status", "lay P1", "lift", "lay P2", "next"):
+        before = counts_of(world, 70)
+        world.do(words)
+        joined = np.concatenate([before, counts_of(world, 70)])
+        steps.append(np.abs(np.diff(joined, n=2, axis=0)).max(axis=1))
+    # The change of speed where a command comes is none that the sway does not make anyway.
+    usual = max(step.max() for step in steps[:1])
+    assert all(step[68:71].max() < 3 * usual for step in steps)
+
+
 def test_least_jerk_goes_from_rest_to_rest():
     np.testing.assert_array_equal(
         least_jerk(np.array([-1.0, 0.0, 0.5, 1.0, 2.0])), [0, 0, 0.5, 1, 1]

@@ -89,12 +89,16 @@ class Body:
         self._expected = None
 
     def _begin(self, now: float, target: FloatArray, lifted: bool) -> None:
-        here = self._motion.frames(np.array([now]))[0]
+        before, moment = self._motion, np.array([now])
+        swaying = 0.0 if before.sway is STEADY else float(before.share(moment)[0])
         seconds = float(self._hand.uniform(*SECONDS)) * self._pace
-        sway = draw_sway(self._hand)
+        # Drawn always, so that what comes later does not depend on when this was.
+        drawn = draw_sway(self._hand)
+        sway = before.sway if swaying > 0 else drawn
         if seconds == 0 and not lifted:
             sway = STEADY
-        self._motion = Motion(here, target, now, seconds, sway, lifted)
+        here = before.course(moment)[0]
+        self._motion = Motion(here, target, now, seconds, sway, lifted, swaying)
         self._expected = None
 
     def counts(self, times: FloatArray) -> Counts:

@@ -72,7 +72,8 @@ class Motion:
 
     begin, target: (n, 3, 3) the sensors' frames, ribbon to world.  start:
     seconds.  seconds: how long it takes; 0: the ribbon is there at once and
-    still.  lifted: it does not come to rest.
+    still.  lifted: it does not come to rest.  swaying: the share of the sway
+    that is there from the start, where hands that moved go on to the next place.
     """
 
     begin: FloatArray
@@ -81,6 +82,7 @@ class Motion:
     seconds: float = 0.0
     sway: Sway = STEADY
     lifted: bool = False
+    swaying: float = 0.0
 
     @property
     def still_from(self) -> float:
@@ -98,16 +100,23 @@ class Motion:
 
     def frames(self, times: FloatArray) -> FloatArray:
         """(m, n, 3, 3) the sensors' frames at times (m,)."""
+        along = np.linspace(-1.0, 1.0, len(self.begin))
+        sway = self.share(times)[:, None, None] * self.sway.vectors(times, along)
+        return np.asarray(exp(sway) @ self.course(times))
+
+    def course(self, times: FloatArray) -> FloatArray:
+        """(m, n, 3, 3) the sensors' frames at times (m,) in hands that do not sway."""
         past = np.maximum(times - self.start, 0.0)
         u = least_jerk(past / self.seconds) if self.seconds > 0 else np.ones(len(times))
         bulk, bend = self._turn
         turned = exp(u[:, None] * bulk)[:, None] @ self.begin
-        frames = turned @ exp(u[:, None, None] * bend)
-        along = np.linspace(-1.0, 1.0, len(self.begin))
+        return np.asarray(turned @ exp(u[:, None, None] * bend))
+
+    def share(self, times: FloatArray) -> FloatArray:
+        """(m,) how much of the sway is there at times (m,), 0 to 1."""
+        past = np.maximum(times - self.start, 0.0)
         calm = 1.0 if self.lifted else 1.0 - least_jerk((past - self.seconds) / SETTLING)
-        share = least_jerk(past / RISING) * calm
-        sway = share[:, None, None] * self.sway.vectors(times, along)
-        return np.asarray(exp(sway) @ frames)
+        return np.asarray((self.swaying + (1.0 - self.swaying) * least_jerk(past / RISING)) * calm)
 
 
 def least_jerk(u: FloatArray) -> FloatArray:
