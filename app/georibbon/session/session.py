@@ -318,8 +318,9 @@ class Session:
             same = path.resolve() == self.path.resolve()
             if same:  # where the file was removed from
                 journal.lock.release()
-            elif self._changed and not self.held:
-                self._accept("closed", {"frames": self._frames(journal)})
+            elif self._changed and not self.held and not journal.gone:
+                with suppress(SessionError):
+                    self._accept("closed", {"frames": self._frames(journal)})
             lock = _locked(path)
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
