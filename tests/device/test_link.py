@@ -6,9 +6,11 @@ import time
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from fake import RIBBON, DirectPort, FakeRibbon, PtyCable, TcpCable, open_files, settled, wait_until
 
+from georibbon.device.frames import pack_frame
 from georibbon.device.identity import Identity, write_identity
 from georibbon.device.link import Link, LinkState, LinkTiming
 from georibbon.device.packets import FRAME, IDENTITY, MESSAGE
@@ -372,21 +374,50 @@ def test_losses_over_a_replug_are_counted_exactly():
 
 
 def test_frames_before_the_second_identity_are_not_thrown_away():
-    """A ribbon that does not heed "stop" at once: its frames are the same ribbon's."""
+    """A ribbon that does not heed "stop", and says late who it is: they are its frames."""
     ribbon = FakeRibbon()
     link, _, at = link_to(ribbon)
+    tap = link.recorder()
     with link:
         streams(link)
-        heard = ribbon._answer
-        ribbon._answer = lambda line: b"" if line == "stop" else heard(line)
         at.pull()
         wait_until(lambda: link.state == LinkState.DISCONNECTED)
-        lost = link.health().lost
+        heard, asked = ribbon._answer, []
+        ribbon._answer = lambda line: heard(line) if line == "start" else asked.append(line) or b""
         at.ribbon = ribbon
+        wait_until(lambda: asked == ["stop", "identify"])
+        before = ribbon.frames
+        wait_until(lambda: ribbon.frames >= before + 20)
+        ribbon.says.append((IDENTITY, write_identity(Identity(RIBBON, "1.4.0"))))
         streams(link)
         health = accounted(link, ribbon, 1)
+    numbers = [int(frame.counts[0]) for frame in tap.take()]
     assert health.reconnects == 1
-    assert health.lost > lost
+    assert len(numbers) == health.frames
+    assert set(range(before + 1, ribbon.frames + 1)) <= set(numbers)
+
+
+def test_what_a_ribbon_loses_after_it_began_anew_is_counted():
+    ribbon = FakeRibbon(battery=False)
+    ribbon.drop = {6}
+    link, _, at = link_to(ribbon)
+    with link:
+        streams(link, 50)
+        assert link.health().lost == 1
+        at.pull()
+        wait_until(lambda: link.state == LinkState.DISCONNECTED)
+        at.ribbon = ribbon
+        streams(link, 20)
+        wait_until(lambda: link.health().restarts == 1)
+    assert link.health().lost == 2
+
+
+def test_a_slow_ribbon_does_not_stall():
+    ribbon = FakeRibbon(replace(RIBBON, rate=2.0))
+    link, _, _ = link_to(ribbon, replace(QUICK, stall=0.05))
+    with link:
+        streams(link, 2)
+    assert link.health().stalls == 0
 
 
 def test_it_is_found_again_under_another_name():
@@ -479,10 +510,12 @@ def test_who_is_expected_may_be_said_beforehand(expected, words):
 def test_an_identity_that_changes_under_way_is_refused():
     ribbon = FakeRibbon()
     link, told, _ = link_to(ribbon)
-    other = Identity(replace(RIBBON, id="GR-0009"), "1.4.0")
+    tap = link.recorder()
+    other = write_identity(Identity(replace(RIBBON, id="GR-0009"), "1.4.0"))
+    strange = pack_frame(0, np.full(len(RIBBON.columns), -7, dtype=np.int16))
     with link:
         streams(link)
-        ribbon.says.append((IDENTITY, write_identity(other)))
+        ribbon.says += [(IDENTITY, other), (FRAME, strange)]
         wait_until(lambda: "disconnected" in told.states())
         streams(link)
         ribbon.says.append((IDENTITY, b"nonsense"))
@@ -491,6 +524,7 @@ def test_an_identity_that_changes_under_way_is_refused():
     assert '"GR-0009" answers; "GR-0007" is expected' in told.messages("refused")[0]
     assert any("it is no JSON text" in reason for reason in told.reasons())
     assert link.health().reconnects == 2
+    assert all(frame.counts[0] > 0 for frame in tap.take())
 
 
 # What does not answer.

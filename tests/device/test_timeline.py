@@ -117,14 +117,16 @@ def test_over_a_reconnect_a_ribbon_that_went_on(clock, sequence, runs, seconds, 
     seconds=st.integers(1, 20_000),
     boot=st.integers(0, 300),
     lost=st.integers(0, 50),
+    others=st.integers(1, 3),
 )
-def test_over_a_reconnect_a_ribbon_that_began_anew(before, seconds, boot, lost):
+def test_over_a_reconnect_a_ribbon_that_began_anew(before, seconds, boot, lost, others):
     wire = Wire()
     wire.frames(before)
     wire.restart(after=seconds * 10**6)
     wire.pass_by(boot * PERIOD)
     wire.timeline.reconnected()
-    wire.other()
+    for _ in range(others):
+        wire.other()
     wire.frames(lost, arrive=False)
     wire.frames(5)
     assert wire.timeline.restarts == 1
