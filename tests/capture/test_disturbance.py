@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lying import curve, lying
 
-from georibbon.capture.disturbance import expected_without, find_disturbed
+from georibbon.capture.disturbance import expected_without, find_disturbed, names_of
 from georibbon.capture.live import LiveFit
 from georibbon.fitting.grid import integrate_frames
 from georibbon.fitting.sensing import Noise, SensorArray, observe
@@ -99,7 +99,7 @@ def test_a_knocked_accelerometer_is_named_too():
     where = TWO.ribbon.slices[10]
     counts[where] += 16384.0 * np.array([0.15, -0.2, 0.1])
     told = LiveFit(TWO.ribbon, TWO.calibration).update(counts, TWO.sigma, 0.15)
-    assert [one.sensor for one in told.disturbed] == [TWO.ribbon.sensors[10].name]
+    assert names_of(told.disturbed) == (TWO.ribbon.sensors[10].name,)
     assert "lies flat" in told.disturbed[0].reason
 
 

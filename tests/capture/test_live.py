@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lying import curve, lying
 
-from georibbon.capture.live import SOON, LiveFit
+from georibbon.capture.live import OFTEN, SOON, LiveFit
 from georibbon.errors import FitError
 from georibbon.fitting.candidates import find_candidates
 from georibbon.fitting.grid import Shape, integrate_frames
 from georibbon.fitting.sensing import Noise, SensorArray, observe
-from georibbon.fitting.smoothing import information_density, weight_of_length
+from georibbon.fitting.smoothing import information_density, length_of_weight, weight_of_length
 from georibbon.fitting.strip import StripProblem, fit_strips, sensed_vectors
 from georibbon.rotations import about_z
 from georibbon.world import field_direction
@@ -183,6 +183,31 @@ def test_the_mirror_twin_on_a_wall_is_called_ambiguous():
     square = [lying(axes=axes, mounting=0.0, cross_axis=0.0, soft_iron=0.0) for axes in (2, 3)]
     assert [followed(lay, [level]).ambiguous for lay in square] == [True, False]
     assert not followed(square[0], [curve(GRID)]).ambiguous
+
+
+def test_a_twin_is_found_out_also_later_on():
+    """First on a curve that is no riddle, then level along a wall."""
+    wall = np.column_stack([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    level = Shape((about_z(0.8) @ wall)[None], np.zeros((1, 2, GRID.coefficients)))
+    square = lying(axes=2, mounting=0.0, cross_axis=0.0, soft_iron=0.0)
+    fit = LiveFit(square.ribbon, square.calibration)
+    assert not followed(square, [curve(GRID)], fit=fit).ambiguous
+    assert followed(square, [level] * (OFTEN + 8), fit=fit).ambiguous
+    assert not followed(square, [curve(GRID)] * (OFTEN + 8), fit=fit).ambiguous
+
+
+def test_left_to_itself_its_smoothing_follows_the_readings():
+    straight, wavy = curve(GRID, None, 0.0, 0.0), curve(GRID, None, 3.0, 5.0)
+    fit = LiveFit(THREE.ribbon, THREE.calibration)
+    first = followed(THREE, [straight], smoothing=None, fit=fit)
+    again = followed(THREE, [straight] * 5, smoothing=None, fit=fit)
+    assert again.smoothing == pytest.approx(first.smoothing)
+    later = followed(THREE, [wavy] * (OFTEN + 8), smoothing=None, fit=fit)
+    assert later.smoothing < 0.7 * first.smoothing
+    problem = problem_of(THREE, THREE.counts(wavy, 1))
+    found = find_candidates(problem, np.array([np.nan]))[0].smoothing[0]
+    cold = length_of_weight(found, information_density(problem))
+    assert later.smoothing == pytest.approx(cold, rel=0.15)
 
 
 # --- lost values ---

@@ -428,6 +428,16 @@ def test_a_sensor_that_the_calibration_leaves_out_is_not_heeded():
     assert found[-1].sensors == ()
 
 
+def test_accelerometers_alone_will_do():
+    ribbon = replace(
+        RIBBON, sensors=tuple(RIBBON.sensors[i] for i in RIBBON.indices("accelerometer"))
+    )
+    counts = moved(at_rest(300), 200, np.full(1, 60.0))[:, ACCELEROMETERS]
+    found = states(counts, monitor=StillnessMonitor(ribbon))
+    assert set(found[60:200]) == {"still"}
+    assert found[205] == "moving"
+
+
 # --- magnets ---
 
 

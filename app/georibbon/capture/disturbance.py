@@ -60,6 +60,8 @@ def expected_without(
 ) -> Expected:
     """What every sensor of one pass (b = 1) should say, by the linearised fit without it.
 
+    There are sensors of both kinds that say something.
+
     With the whitened residuals r and rows J of a group, its weights w and A =
     J normal^-1 J^T: the residual without the group is (I - A w)^-1 r, and its
     covariance I + A (I - w A)^-1.  normal: (1, m, m).  white: (1, n, 3, 3).
@@ -70,12 +72,11 @@ def expected_without(
     for field in (False, True):
         mates = np.flatnonzero((problem.array.field == field) & problem.observations.present[0])
         mates = mates[np.argsort(problem.grid.sensor_nodes[mates], kind="stable")]
-        if len(mates):
-            found, spread = _without(linear, inverse, mates)
-            deleted[mates] = np.linalg.solve(white[0, mates], found[..., None])[..., 0]
-            squares = np.sum(found * np.linalg.solve(spread, found[..., None])[..., 0], axis=-1)
-            # Where the group alone decides something its covariance is huge, and rounding shows.
-            size[mates] = np.sqrt(np.maximum(squares, 0.0))
+        found, spread = _without(linear, inverse, mates)
+        deleted[mates] = np.linalg.solve(white[0, mates], found[..., None])[..., 0]
+        squares = np.sum(found * np.linalg.solve(spread, found[..., None])[..., 0], axis=-1)
+        # Where the group alone decides something its covariance is huge, and rounding shows.
+        size[mates] = np.sqrt(np.maximum(squares, 0.0))
     return Expected(deleted, size)
 
 
