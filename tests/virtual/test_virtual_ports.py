@@ -267,6 +267,18 @@ def test_a_second_host_is_told_and_sent_away(world):
         host.hears(DONE)
 
 
+def test_a_host_that_comes_back_at_once_is_let_in(world):
+    with serve_tcp(world) as port:
+        number = int(port.url.rpartition(":")[2])
+        for _ in range(50):
+            with socket.create_connection(("127.0.0.1", number), timeout=20) as host:
+                host.sendall(b"identify\n")
+                reader, packets = PacketReader(), []
+                while not packets:
+                    packets = reader.feed(host.recv(65536))
+                assert packets[0].type == IDENTITY
+
+
 def test_it_is_served_on_one_port_at_a_time(world):
     with serve_pty(world), pytest.raises(SettingsError, match="served already"):
         serve_tcp(world)

@@ -118,6 +118,8 @@ class Port:
 
     def close(self) -> None:
         """End the service: the host sees the ribbon vanish."""
+        if self._closing.is_set():
+            return
         self._closing.set()
         self._ring()
         self._thread.join()
@@ -377,6 +379,10 @@ class Listener(Line):
 
     def connected(self) -> bool:
         """Lets a host in; a second one is told and sent away."""
+        if self._client is not None and _has_left(self._client):
+            # Seen before the next is let in: it may be the same host, back at once.
+            self._drop()
+            return False
         while self._server is not None:
             try:
                 client, _ = self._server.accept()
@@ -423,6 +429,16 @@ class Listener(Line):
         if self._client is not None:
             self._client.close()
         self._client = None
+
+
+def _has_left(client: socket.socket) -> bool:
+    """Whether a host has closed its end and said nothing more before."""
+    try:
+        return client.recv(1, socket.MSG_PEEK) == b""
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
 
 
 def _send_away(client: socket.socket) -> None:
