@@ -2,12 +2,15 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from georibbon.cli import main
+from georibbon.session.file import create_session
 from georibbon.session.folder import read_recording
+from georibbon.session.session import Session
 
 
 @pytest.fixture
@@ -29,14 +32,67 @@ def test_a_round_trip_loses_nothing(small_capture, session, tmp_path):
         np.testing.assert_array_equal(old.readings.counts, new.readings.counts)
 
 
-@pytest.mark.parametrize("words", [[], ["--json"]])
-def test_recording_and_session_are_told_alike(small_capture, session, words, capsys):
-    capsys.readouterr()
-    assert main(["info", str(small_capture), *words]) == 0
-    first = capsys.readouterr().out
-    assert main(["info", str(session), *words]) == 0
-    assert capsys.readouterr().out == first
-    assert "GR-0001" in first
+def test_recording_and_session_are_told_alike(small_capture, session, capsys):
+    def told(*words):
+        capsys.readouterr()
+        assert main(["info", *map(str, words)]) == 0
+        return capsys.readouterr().out
+
+    of_folder = told(small_capture)
+    assert "GR-0001" in of_folder
+    assert told(session).startswith(of_folder)
+    facts = json.loads(told(small_capture, "--json"))
+    of_session = json.loads(told(session, "--json"))
+    assert {key: of_session[key] for key in facts} == facts
+    assert of_session["frames"] == sum(run["frames"] for run in facts["poses"] + facts["passes"])
+
+
+def test_poses_alone_calibrate_and_the_calibration_stands_in_for_them(
+    small_capture, tmp_path, capsys
+):
+    recording = read_recording(small_capture)
+    with Session.create(tmp_path / "poses.georibbon", recording.ribbon) as poses:
+        for i, pose in enumerate(recording.poses):
+            poses.add_pose(
+                f"pose-{i}", pose.name, pose.roll, pose.heading, pose.pitch, pose.table,
+                pose.readings,
+            )  # fmt: skip
+    made = tmp_path / "ribbon.json"
+    assert main(["calibrate", str(tmp_path / "poses.georibbon"), "-o", str(made)]) == 0
+    path = tmp_path / "passes.georibbon"
+    create_session(path, replace(recording, poses=()))
+    assert "no calibration poses" in refused(
+        ["reconstruct", path, "--report", tmp_path / "none.json"], capsys
+    )
+    with Session.open(path) as session:
+        session.do("calibration", document=json.loads(made.read_text(encoding="utf-8")))
+        session.do("setting", **{"pass": "P2", "key": "smoothing", "value": 0.07})
+        session.do("setting", **{"pass": "*", "key": "smoothing", "value": 0.09})
+    for words, lengths in (
+        ([], [90.0, 70.0, 90.0]),
+        (["--smoothing", "P1=80"], [80.0, 70.0, 90.0]),
+        (["--smoothing", "60"], [60.0, 60.0, 60.0]),
+    ):
+        report = tmp_path / "report.json"
+        report.unlink(missing_ok=True)
+        capsys.readouterr()
+        arguments = ["reconstruct", str(path), "--report", str(report), *words]
+        assert main(arguments) == 0
+        told = capsys.readouterr().out
+        assert "from the session: the calibration" in told
+        assert ("from the session: the smoothing of P2, 70 mm" in told) == (lengths[1] == 70.0)
+        passes = json.loads(report.read_text(encoding="utf-8"))["passes"]
+        assert [round(one["smoothing_mm"], 6) for one in passes] == lengths
+        with_poses = main([*arguments[:3], str(tmp_path / "p.json"), "--method", "paper"])
+        assert with_poses == 0
+        (tmp_path / "p.json").unlink()
+
+
+def test_a_smoothing_that_is_no_length_is_refused(session, tmp_path, capsys):
+    with Session.open(session) as opened:
+        opened.do("setting", **{"pass": "P1", "key": "smoothing", "value": "fine"})
+    words = ["reconstruct", session, "--report", tmp_path / "r.json"]
+    assert 'the smoothing of "P1" is "fine"' in refused(words, capsys)
 
 
 def test_info_for_programs(small_capture, capsys):
