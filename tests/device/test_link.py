@@ -399,7 +399,7 @@ def test_frames_before_the_second_identity_are_not_thrown_away():
 
 def test_what_a_ribbon_loses_after_it_began_anew_is_counted():
     ribbon = FakeRibbon(battery=False)
-    ribbon.drop = {6}
+    ribbon.drop = {3}  # the first frame of each life
     link, _, at = link_to(ribbon)
     with link:
         streams(link, 50)
