@@ -129,7 +129,7 @@ def test_a_session_of_words(started, tmp_path):
     assert answers[1].startswith("error: there is no pass")
     assert answers[2].startswith("error: there is no command")
     assert answers[3].startswith("error: a command of")
-    assert answers[4].startswith("P1, still; silent; ")
+    assert answers[4].startswith("P1, still; ")
     assert answers[5:] == ["bye"]
     assert (process.returncode, err) == (0, "")
     assert not link.is_symlink()
