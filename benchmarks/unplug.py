@@ -4,6 +4,7 @@ The virtual ribbon streams 100 frames a second over a pseudo-terminal into a
 session file; its cable is pulled and put back, over and over.  Asked: the
 recording goes on each time, what was lost is counted to the packet, what was not
 is in the file, and neither a thread nor a descriptor is left over.
+And a stop while the port's driver hangs, in each of its calls.
 
     .venv/bin/python benchmarks/unplug.py [--cycles N]
 """
@@ -24,7 +25,7 @@ from georibbon.capture.link_diary import LinkDiary
 from georibbon.capture.recorder import Recorder
 from georibbon.capture.session_log import SessionLog
 from georibbon.device.health import Health
-from georibbon.device.link import Link, LinkState
+from georibbon.device.link import Link, LinkState, LinkTiming
 from georibbon.session.session import Session
 from georibbon.virtual import VirtualRibbon, serve_pty
 
@@ -105,6 +106,55 @@ def record(path: Path, cycles: int) -> Found:
     return Found(resumed, health, sent, kept_in(path), grown, less(threads_and_files(), before))
 
 
+class Hanging:
+    """A port whose driver hangs in one of its calls until it is let go."""
+
+    def __init__(self, where: str) -> None:
+        self.hangs, self.let_go = threading.Event(), threading.Event()
+        self._where = where
+
+    def _call(self, name: str) -> None:
+        if name == self._where:
+            self.hangs.set()
+            self.let_go.wait()
+
+    def open(self, _url: str, _baudrate: int) -> "Hanging":
+        """Open it."""
+        self._call("open")
+        return self
+
+    def read(self) -> bytes:
+        """Nothing comes."""
+        self._call("read")
+        return b""
+
+    def write(self, _data: bytes) -> bool:
+        """It takes all."""
+        self._call("write")
+        return True
+
+    def drop(self) -> None:
+        """There is nothing."""
+        self._call("drop")
+
+    def close(self) -> None:
+        """Close it."""
+        self._call("close")
+
+
+def stop_seconds(where: str) -> float:
+    """How long a stop takes while the port hangs in one call."""
+    port = Hanging(where)
+    quick = LinkTiming(answer=0.1, tries=1)  # so that "close" is reached soon
+    link = Link("hanging", open_port=port.open, list_ports=list, timing=quick).start()
+    port.hangs.wait(PATIENCE)
+    begin = time.monotonic()
+    link.stop()
+    seconds = time.monotonic() - begin
+    port.let_go.set()
+    return seconds
+
+
 def accounted(health: Health) -> int:
     """The packets that the link knows of."""
     return health.packets + health.lost + NOBODYS
@@ -123,6 +173,7 @@ def rows(found: Found, cycles: int) -> list[list[str]]:
     median = statistics.median(found.resumed) if found.resumed else float("nan")
     slowest = max(found.resumed, default=float("nan"))
     same = health.reconnects == cycles
+    stop = max(stop_seconds(where) for where in ("open", "read", "write", "drop", "close"))
     return [
         ["cycles after which frames came again", f"{cycles}", f"{again}", met(again == cycles)],
         ["reconnects counted", f"{cycles}", f"{health.reconnects}", met(same)],
@@ -142,6 +193,7 @@ def rows(found: Found, cycles: int) -> list[list[str]]:
         ["threads, descriptors more than at the start", "0, 0", *verdict(found.grown)],
         ["threads, descriptors left at the end", "0, 0", *verdict(found.left)],
         ["seconds to the first frame, median, largest", "", f"{median:.2f}, {slowest:.2f}", ""],
+        ["seconds to stop, port hanging in any call", "0.2", f"{stop:.3f}", met(stop <= 0.2)],
     ]
 
 

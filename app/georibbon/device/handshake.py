@@ -29,7 +29,7 @@ class LinkTiming:
     stall: float = 1.0
     retry_first: float = 0.1
     retry_last: float = 1.0
-    stop: float = 0.15
+    stop: float = 0.12
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,7 +127,8 @@ class Link:
             if self._connected and self._intake is not None:
                 return self._intake.identity
             reason = self._failure or self._reason
-        raise DeviceError(f"{told(self.url)}: {reason}")
+        name = told(self.url)
+        raise DeviceError(reason if name in reason else f"{name}: {reason}")
 
     # Start and stop.
 
