@@ -194,6 +194,34 @@ def test_what_the_log_held_before_is_not_found(logging):
     assert found(copy)[0] == [*WRITTEN[0], event(1000, text="another").row]
 
 
+def test_the_pages_are_those_that_sqlite_sees(logging):
+    """After a checkpoint the log is written anew from its start, over what it held before."""
+    database, path = logging
+    database.execute("PRAGMA wal_checkpoint(RESTART)")
+    journals.add(database, [event(1000, text="x" * 9000)])
+    database.execute("DELETE FROM event WHERE id > 990")
+    database.execute("PRAGMA wal_checkpoint(RESTART)")
+    journals.add(database, [event(1001, text="y" * 5000)])
+    copy = killed(database, path)
+    with copy.open("rb") as file, Path(f"{copy}-wal").open("rb") as log:
+        view = pages.Pages(file, log, 4096)
+        seen = [view.page(number) for number in range(1, view.count + 3)]
+    with closing(journals.sqlite3.connect(copy)) as other:
+        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    body = copy.read_bytes()
+    assert b"".join(seen[1:]) == body[4096:]
+
+
+def test_a_frame_of_the_log_that_names_another_page_costs_no_row_of_the_file(logging):
+    copy = killed(*logging)
+    page = copy.read_bytes().index(CHUNKS[0].counts[20_000:20_100]) // 4096 + 1
+    log = Path(f"{copy}-wal")
+    body = bytearray(log.read_bytes())
+    body[32:36] = page.to_bytes(4)
+    log.write_bytes(body)
+    assert CHUNKS[0].row in found(copy)[1]
+
+
 def test_of_two_events_of_one_id_the_newer_is_taken_and_it_is_told(logging):
     database, path = logging
     row = (*event(7, text="forged").row, 7)

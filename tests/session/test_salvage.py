@@ -335,6 +335,16 @@ def test_a_stream_whose_chunks_were_taken_together_is_saved_once(tmp_path, size)
     assert path.read_bytes() == body
 
 
+def test_frames_that_two_chunks_hold_are_kept_once(tmp_path):
+    path, all_of = tmp_path / "s.georibbon", readings(40, seed=9)
+    stream = journals.event(3, "stream", part=1, rate=100.0)
+    overlapping = [*pack(block(all_of, 0, 20), 1, 0), *pack(block(all_of, 10, 40), 1, 1)]
+    journals.write(path, [*MADE.events[:2], stream], overlapping)
+    assert check_session(path).verdict == "damaged"
+    assert salvage(path, tmp_path / "t.georibbon").frames == 40
+    assert same(held(tmp_path / "t.georibbon")[1][1], all_of)
+
+
 def block(of, start, end):
     """Some frames of readings."""
     return Readings(of.t[start:end], of.counts[start:end])

@@ -213,10 +213,6 @@ def _record_length(page: bytes, offset: int) -> int | None:
         at = found[1]
     if at != end or page[end - 1] != 0x4C:
         return None
-    if len(lengths) == 7:
-        times, counts = lengths[4:6]
-        if not times or times % 8 or not counts or counts % (times // 4):
-            return None
     total = page[offset] + sum(lengths)
     return total if len(lengths) in (5, 7) and total <= MAX_PAYLOAD else None
 
