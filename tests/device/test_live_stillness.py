@@ -150,41 +150,59 @@ def test_a_shaky_start_does_not_spoil_the_noise_that_is_learned():
     assert "moving" in found[15 * RATE : 15 * RATE + RATE // 2]
 
 
+def noise_of(size=50):
+    return LearnedNoise(size, np.full(1, 0.1), np.full(1, 1e4))
+
+
+def feed(noise, sigma, frames, still, seed=1):
+    """The noise that is learned when so many values of white noise have come."""
+    values = np.rint(np.random.default_rng(seed).normal(0.0, sigma, frames)).astype(np.int64)
+    for value in values:
+        noise.append(np.array([value]), np.ones(1, dtype=bool), still)
+    return float(noise.sigma[0])
+
+
 def test_motion_is_not_learned_as_noise():
     """A minute of shaking between two rests changes the noise by no more than its forgetting."""
-    noise = LearnedNoise(50, np.full(2, 0.1), np.full(2, 1e4))
-    rng = np.random.default_rng(1)
-    there = np.ones(2, dtype=bool)
+    noise = noise_of()
+    rest = feed(noise, 20.0, 1000, still=True)
+    shaken = feed(noise, 400.0, 6000, still=False)
+    assert rest == pytest.approx(20.0, rel=0.2)
+    assert shaken == pytest.approx(rest * LearnedNoise.FORGETTING**120, rel=1e-6)
+    taken_for_rest = feed(noise, 60.0, 6000, still=True)
+    assert taken_for_rest == pytest.approx(shaken * LearnedNoise.FORGETTING**120, rel=1e-6)
 
-    def feed(sigma, frames):
-        for row in np.rint(rng.normal(0.0, sigma, (frames, 2))).astype(np.int64):
-            noise.append(row, there)
-        return noise.sigma.copy()
 
-    rest = feed(20.0, 1000)
-    shaken = feed(400.0, 6000)
-    np.testing.assert_allclose(rest, 20.0, rtol=0.2)
-    np.testing.assert_allclose(shaken, rest * LearnedNoise.FORGETTING**120, rtol=0.02)
+def test_before_it_ever_lay_still_the_differences_tell_the_noise():
+    noise = noise_of()
+    feed(noise, 300.0, 500, still=False)
+    assert feed(noise, 20.0, 50, still=False) == pytest.approx(1.3 * 20.0, rel=0.25)
 
 
 def test_noise_neither_falls_to_nothing_nor_is_learned_from_a_frozen_sensor():
     noise = LearnedNoise(50, np.full(1, 5.0), np.full(1, 160.0))
     there = np.ones(1, dtype=bool)
     for _ in range(500):
-        noise.append(np.array([7]), there)
+        noise.append(np.array([7]), there, True)
     assert noise.sigma[0] == 160.0
     for k in range(500):
-        noise.append(np.array([7 + k % 2]), there)
+        noise.append(np.array([7 + k % 2]), there, True)
     assert noise.sigma[0] == 5.0
 
 
 def test_noise_that_has_truly_grown_is_learned_in_the_end():
-    noise = LearnedNoise(10, np.full(1, 0.1), np.full(1, 1e4))
-    rng, there = np.random.default_rng(1), np.ones(1, dtype=bool)
-    for sigma, frames in ((20.0, 500), (60.0, 15_000)):
-        for value in np.rint(rng.normal(0.0, sigma, frames)).astype(np.int64):
-            noise.append(np.array([value]), there)
-        assert 0.6 * sigma < noise.sigma[0] < 1.1 * sigma
+    noise = noise_of(10)
+    assert 14.0 < feed(noise, 20.0, 500, still=True) < 21.0
+    assert 40.0 < feed(noise, 60.0, 15_000, still=True, seed=2) < 63.0
+
+
+def test_noise_that_remembers_spreads_more_and_its_means_more_still():
+    noise, rng, value = noise_of(), np.random.default_rng(3), 0.0
+    for _ in range(5000):
+        value = 0.6 * value + rng.normal(0.0, 40.0)
+        noise.append(np.array([round(value)]), np.ones(1, dtype=bool), True)
+    assert noise.sigma[0] == pytest.approx(50.0, rel=0.25)
+    assert noise.slow[0] == pytest.approx(100.0, rel=0.3)
 
 
 @pytest.mark.parametrize("rate", [4.0, 25.0, 400.0, 1000.0])
@@ -275,7 +293,7 @@ def test_nothing_is_averaged_over_a_motion():
 
 @pytest.mark.parametrize("frames", [100, 600])
 def test_sigma_is_right_for_noise_that_remembers_and_the_white_formula_is_not(frames):
-    memory, own = 0.7, 40.0
+    memory, own = 0.7, 8.0
     errors, sigmas, white = [], [], []
     for seed in range(16):
         noise = own * np.random.default_rng(seed).standard_normal((frames + 200, len(SIGMA)))
@@ -289,7 +307,7 @@ def test_sigma_is_right_for_noise_that_remembers_and_the_white_formula_is_not(fr
             errors.append(means.mean)
             sigmas.append(means.sigma)
             white.append(counts.std(axis=0) / np.sqrt(frames))
-    assert len(errors) > 12
+    assert len(errors) > 9
     honest = np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(sigmas)))
     naive = np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(white)))
     assert 0.8 < honest < 1.25

@@ -151,15 +151,16 @@ class StillRun:
 
 
 class LearnedNoise:
-    """Every column's own noise, learned from the stillest that it was seen.
+    """Every column's own noise, learned while the ribbon lies still.
 
-    Of each block of frames it takes the spread, but at most twice what the
-    differences of successive frames tell (the root of half their mean square,
-    von Neumann's estimate): a slow motion spreads a block but hardly its
-    differences, and noise that remembers spreads more than its differences, but
-    seldom twice.  The noise is the least median of eight successive blocks, so
-    it never grows by motion; a thousandth a block is all that it forgets, for
-    sensors whose noise does grow.  A block of equal counts tells nothing.
+    At first from the differences of successive frames (the root of half their
+    mean square, von Neumann's estimate), the least of all blocks of frames: a
+    motion adds to it, but little where it is slow.  Then from the spread of
+    blocks in which the ribbon lay still, at most twice what differences tell:
+    their median, and once there are eight the least median of eight in
+    succession, so that it grows by no motion that is taken for rest.  A
+    thousandth a block is all that is forgotten, for sensors whose noise does
+    grow.  A block of equal counts tells nothing.
 
     sigma: (c,) of one value.  slow: (c,) that of white noise whose means were as
     uncertain: sigma sqrt((2 - q) / q) with q the squares' ratio of differences
@@ -169,11 +170,15 @@ class LearnedNoise:
 
     REMEMBERED = 8
     MOST_RATIO = 2.0
+    LEAST_BIAS = 1.2  # the least of some differences is a little small
     FORGETTING = 1.001
+    # At first: the bias, and that noise often remembers.
+    FIRST_RATIO, FIRST_SLOW = 1.3, 1.5
 
     def __init__(self, size: int, least: FloatArray, most: FloatArray) -> None:
         self._size = size
         self._least, self._most = np.maximum(least, ROUNDING), np.maximum(most, ROUNDING)
+        self._steps = np.full(len(least), np.inf)
         self._blocks = np.full((self.REMEMBERED, 2, len(least)), np.nan)
         self._noise = np.full((2, len(least)), np.inf)
         self.sigma = self.slow = self._most.copy()
@@ -191,15 +196,18 @@ class LearnedNoise:
         self._squares = np.zeros((2, columns), dtype=np.int64)
         self._sizes = np.zeros((2, columns), dtype=np.int64)
 
-    def append(self, counts: IntArray, present: BoolArray) -> None:
-        """One more frame; counts are 0 where not present."""
+    def append(self, counts: IntArray, present: BoolArray, still: bool) -> None:
+        """One more frame; counts are 0 where not present.
+
+        still: whether the ribbon has lain still for as many frames as a block has.
+        """
         self._add(0, counts, present)
         if self._before is not None:
             both = present & self._before[1]
             self._add(1, np.where(both, counts - self._before[0], 0), both)
         self._frames += 1
         if self._frames == self._size:
-            self._learn()
+            self._learn(still)
             self._begin()
         self._before = counts, present
 
@@ -208,25 +216,37 @@ class LearnedNoise:
         self._squares[which] += values * values
         self._sizes[which] += present
 
-    def _learn(self) -> None:
+    def _learn(self, still: bool) -> None:
         spread = spread_of(self._sums[0], self._squares[0], self._sizes[0])
         steps = np.sqrt(self._squares[1] / np.maximum(2 * self._sizes[1], 1))
         told = (self._sizes >= self._size // 3).all(axis=0) & (spread > 0.0)
-        spread = np.where(told, np.minimum(spread, self.MOST_RATIO * steps), np.nan)
-        share = np.minimum(steps / np.where(told, spread, 1.0), 1.0) ** 2
-        slow = spread * np.sqrt((2.0 - share) / np.where(told, share, 1.0))
+        self._steps = np.fmin(self._steps * self.FORGETTING, np.where(told, steps, np.nan))
+        self._noise *= self.FORGETTING
+        if still:
+            self._rest(np.where(told, spread, np.nan), steps)
+        first = self.FIRST_RATIO * self._steps
+        median = np.fmin(self._noise, _medians(self._blocks))
+        known = np.isfinite(median)
+        sigma = np.where(known[0], median[0], first)
+        slow = np.where(known[1], median[1], self.FIRST_SLOW * first)
+        self.sigma = np.clip(sigma, self._least, self._most)
+        self.slow = np.clip(slow, self.sigma, self.MOST_RATIO**2 * self._most)
+
+    def _rest(self, spread: FloatArray, steps: FloatArray) -> None:
+        """A block in which the ribbon lay still; spread is NaN where it tells nothing."""
+        spread = np.minimum(
+            spread, self.MOST_RATIO * np.minimum(steps, self.LEAST_BIAS * self._steps)
+        )
+        share = np.minimum(steps / spread, 1.0) ** 2
+        slow = spread * np.sqrt((2.0 - share) / share)
         self._blocks = np.concatenate([self._blocks[1:], np.stack([spread, slow])[None]])
-        median = np.fmin(self._noise * self.FORGETTING, _medians(self._blocks))
         # The least of medians over few blocks would be far too small: those are not kept.
-        all_told = np.isfinite(self._blocks).all(axis=0)
-        self._noise = np.where(all_told, median, self._noise * self.FORGETTING)
-        self.sigma = np.clip(median[0], self._least, self._most)
-        self.slow = np.clip(median[1], self.sigma, self.MOST_RATIO**2 * self._most)
+        enough = np.isfinite(self._blocks).all(axis=0)
+        self._noise = np.where(enough, np.minimum(self._noise, _medians(self._blocks)), self._noise)
 
 
 def _medians(values: FloatArray) -> FloatArray:
     """The lower medians of (m, ...) over the first axis, NaN left out; NaN for nothing else."""
     ordered = np.sort(values, axis=0)  # NaN last
-    count = np.isfinite(values).sum(axis=0)
-    middle = np.maximum(count - 1, 0) // 2
+    middle = np.maximum(np.isfinite(values).sum(axis=0) - 1, 0) // 2
     return np.asarray(np.take_along_axis(ordered, middle[None], axis=0)[0])

@@ -138,7 +138,8 @@ class StillnessMonitor:
         present = np.abs(counts) < FULL_SCALE
         counts[~present] = 0
         rolling.append(frame.t, counts, present)
-        self._noise.append(counts, present)
+        rest = self._run is not None and self._run.frames >= self._size
+        self._noise.append(counts, present, rest)
         self._since += 1
         if self._run is not None:
             self._run.append(frame.t, counts, present)
