@@ -23,7 +23,7 @@ from georibbon.errors import StorageError
 from georibbon.session.session import Session
 
 BLOCKS, BLOCK = 200, 100
-SMALL = 4 * 2**20  # bytes of the disk or the quota, of some 13 MB that are captured
+SMALL = 2 * 2**20  # bytes of the disk or the quota; more than 3 MB are captured
 
 
 @dataclass(frozen=True)

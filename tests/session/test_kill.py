@@ -23,7 +23,7 @@ def kills(monkeypatch):
 
 
 def test_nothing_acknowledged_is_lost(kills, tmp_path):
-    outcomes = [kills.killed(tmp_path, seed, 0.8) for seed in range(10)]
+    outcomes = [kills.killed(tmp_path, seed, 0.5) for seed in range(10)]
     assert [outcome.faults for outcome in outcomes] == [()] * 10
     assert sum(outcome.acknowledged for outcome in outcomes) > 1000
     assert sum(outcome.recovered for outcome in outcomes) > 3

@@ -138,6 +138,7 @@ class Journal:
         for stream in self._streams:
             if stream.part in moved.ends:
                 stream.done(moved.ends[stream.part])
+        self._forget()
         self._mended()
         return moved
 

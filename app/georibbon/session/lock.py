@@ -32,11 +32,17 @@ if sys.platform == "win32":
         os.lseek(descriptor, _FAR, os.SEEK_SET)
         msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
         os.lseek(descriptor, 0, os.SEEK_SET)
+
+    _look = _take
 else:
     import fcntl
 
     def _take(descriptor: int) -> None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def _look(descriptor: int) -> None:
+        """Fail where somebody has the lock; who else looks does not disturb."""
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
 
 
 class HeldError(SessionError):
@@ -97,7 +103,7 @@ def holder(path: Path) -> str | None:
     except OSError:
         return None
     try:
-        _take(descriptor)
+        _look(descriptor)
     except OSError:
         return _owner(file)
     finally:

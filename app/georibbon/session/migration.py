@@ -3,9 +3,11 @@
 import os
 import shutil
 import sqlite3
+from collections.abc import Iterable
 from pathlib import Path
 
 from georibbon.errors import SessionError
+from georibbon.session.chunks import Chunk
 from georibbon.session.database import pragma, read_chunks
 from georibbon.session.files import built_file, sync_folder
 from georibbon.session.reading import Contents
@@ -15,20 +17,24 @@ from georibbon.session.store import create
 MOST_COPIES = 1000
 
 
-def migrate(path: Path, found: Contents, database: sqlite3.Connection) -> Path:
+def chunks_to_keep(database: sqlite3.Connection, found: Contents) -> list[Chunk]:
+    """All frames of an old file, checked, through a connection in no transaction."""
+    pragma(database, "journal_mode = DELETE")  # all of it in the one file that is kept
+    return [chunk for part in parts_of(found.events) for chunk in read_chunks(database, part)]
+
+
+def migrate(path: Path, found: Contents, chunks: Iterable[Chunk]) -> Path:
     """Bring a session to the present version; where the old file is kept.
 
-    database: a connection to the old file, in no transaction.  The old file is
-    kept as NAME.version-N.georibbon, or under the next name that is free, before
-    the new one takes its name: at any moment there is a whole session at
-    `path`.  Raises SessionError where the folder cannot be written.
+    No connection to it is open.  The old file is kept as
+    NAME.version-N.georibbon, or under the next name that is free, before the
+    new one takes its name: at any moment there is a whole session at `path`.
+    Raises SessionError where the folder cannot be written.
     """
     place = path.resolve()
-    pragma(database, "journal_mode = DELETE")  # all of it in the one file that is kept
     old = _kept(place, found.version)
     try:
-        parts = parts_of(found.events)
-        create(place, found.events, [c for part in parts for c in read_chunks(database, part)])
+        create(place, found.events, chunks)
     except BaseException:
         old.unlink(missing_ok=True)
         raise

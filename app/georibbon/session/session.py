@@ -25,7 +25,7 @@ from georibbon.session.database import connect, damaged, read_sizes, version_of
 from georibbon.session.events import Event, decode_detail, encode_detail, now
 from georibbon.session.journal import Batch, Journal
 from georibbon.session.lock import HeldError, Lock, holder
-from georibbon.session.migration import migrate
+from georibbon.session.migration import chunks_to_keep, migrate
 from georibbon.session.place import place_warnings
 from georibbon.session.reading import Contents, contents, frames_of, read_part, reading
 from georibbon.session.recovery import Recovery, check_frames, recovery_of
@@ -136,6 +136,7 @@ class Session:
     @classmethod
     def _opened_to_write(cls, path: Path, lock: Lock) -> Self:
         recovery, warnings = None, place_warnings(path)
+        old: list[Chunk] = []
         try:
             with closing(connect(f"{path.resolve().as_uri()}?mode=rw")) as database:
                 found = contents(database, path)
@@ -143,12 +144,14 @@ class Session:
                     check_frames(database)
                     recovery = recovery_of(database, found, path.name)
                 if found.version < VERSION:
-                    old = migrate(path, found, database)
-                    warnings += (f"the session of version {found.version} is kept as {old.name}",)
+                    old = chunks_to_keep(database, found)
         except DamagedError as error:
             raise damaged(path, error) from error
         except (sqlite3.Error, OverflowError, MemoryError, UnicodeError) as error:
             raise damaged(path, error) from error
+        if found.version < VERSION:
+            kept = migrate(path, found, old)
+            warnings += (f"the session of version {found.version} is kept as {kept.name}",)
         session = cls(path, found, lock, warnings)
         if recovery is not None:
             session.recovery = recovery

@@ -1,5 +1,6 @@
 """The one thread that writes a session."""
 
+import sys
 import threading
 import time
 from collections import deque
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from typing import TypeVar, cast
 
 INTERVAL = 0.2  # seconds between transactions of a stream
+AFTER_FAULT = 2.0
 T = TypeVar("T")
 
 
@@ -60,9 +62,17 @@ class Writer:
             if call is not None:
                 call.run()
             elif ticking:
-                self._again(self._tick())
+                self._again(self._ticked())
             else:
                 return
+
+    def _ticked(self) -> float | None:
+        """A tick; a fault of the program is shown and does not end the writing."""
+        try:
+            return self._tick()
+        except Exception:
+            threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), self._thread)))
+            return AFTER_FAULT
 
     def _again(self, seconds: float | None) -> None:
         """Have the next tick not before so many seconds."""
