@@ -432,14 +432,18 @@ class Engine:
         self._tell_current()
 
     def _back(self, kind: Kind, step: Callable[[], str | None], nothing: str) -> None:
+        before = {item.key for item in self.items if item.status == "open"}
         what = self._write(step)
         if what is None:
             raise SettingsError(nothing)
         calibration = self._known_calibration()
         if calibration is not self.calibration:
             self._renew(calibration)
-        self._tell(kind, None, what)
+        self._tell(kind, None, f"{kind}: {what}")
+        opened = [i.key for i in self.items if i.status == "open" and i.key not in before]
         item = self.current
-        if item is None or item.status == "taken":
+        if opened:
+            self.choose(opened[0])
+        elif item is None or item.status != "open":
             self._current = self._next(None, calibration is None) or self._next(None, False)
             self._tell_current()

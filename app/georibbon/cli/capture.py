@@ -23,7 +23,9 @@ that exists already is gone on with: close it tonight, go on tomorrow.
 
 While it runs, one line of words at a time is understood:
 
-  (an empty line)          take now what is asked for; "force" takes it in spite of a doubt
+  (an empty line)          take now what is asked for; on a terminal the space bar and
+                           Page Down (foot pedal) do the same
+  force                    take it in spite of a doubt
   NAME                     ask for this pose or pass next (pose-07, P3, T1); taken ones are repeated
   skip                     leave out what is asked for; its NAME brings it back
   add NAME [tie]           a further pass, or tie

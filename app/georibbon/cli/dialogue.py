@@ -1,18 +1,16 @@
 """The talk of ``georibbon capture``: readings to the engine, happenings to the terminal."""
 
-import os
-import queue
 import shutil
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from georibbon.capture.engine import Engine, Happening, Live
 from georibbon.capture.verdict import curve_words
+from georibbon.cli.keyboard import Words
 from georibbon.cli.verbs import obey
 from georibbon.errors import GeoribbonError, StorageError
 from georibbon.session.words import counted
@@ -22,14 +20,13 @@ if TYPE_CHECKING:
     from georibbon.device.ring import Tap
     from georibbon.session.session import Session
 
-T = TypeVar("T")
 TICK = 0.04  # s: within 50 ms of a frame the person sees what it means
 REDRAW = 0.1
-MOST_READ = 65536  # bytes of one line of words
 MARKS = {"taken": "ok", "refused": "--", "held": "!!", "chosen": "->", "complete": "**"}
 HELP = (
-    "an empty line takes; NAME chooses; skip, undo, redo, add, remove, mark, distance, crossing, "
-    "forget, note, calibrate, auto, status, save, quit: georibbon capture --help tells each"
+    "Return (or space, Page Down) takes; NAME chooses; skip, undo, redo, add, remove, mark, "
+    "distance, crossing, forget, note, calibrate, auto, status, save, quit: "
+    "georibbon capture --help tells each"
 )
 
 
@@ -51,6 +48,7 @@ class Dialogue:
         except KeyboardInterrupt:
             self._line.say("interrupted; the session is closed")
         finally:
+            self._words.stop()
             self._line.clear()
             self._rescue()
 
@@ -71,7 +69,8 @@ class Dialogue:
             if self._words.ended and self._engine.current is None:
                 return
             if self._line.due():
-                self._line.show(_glance(self._engine, self._engine.refresh()))
+                glance = _glance(self._engine, self._engine.refresh())
+                self._line.show(glance, self._words.typed)
 
     def _hear(self, line: str) -> None:
         verb = line.strip().lower()
@@ -110,50 +109,6 @@ class Dialogue:
             self._line.say(f"what could not be written in its place is safe in {place}")
 
 
-class Words:
-    """Lines from standard input, as they come.
-
-    Read from the descriptor itself by a thread of its own: a thread that waits
-    in Python's buffered input would keep the program from ending.
-    """
-
-    def __init__(self) -> None:
-        self.ended = False
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-
-    def start(self) -> None:
-        """Begin to listen; without a standard input there are no words."""
-        try:
-            descriptor = sys.stdin.fileno()
-        except (AttributeError, OSError, ValueError):
-            self.ended = True
-            return
-        threading.Thread(
-            target=self._listen, args=(descriptor,), name="georibbon words", daemon=True
-        ).start()
-
-    def take(self) -> list[str]:
-        """The lines that came since the last time."""
-        return _drained(self._lines)
-
-    def _listen(self, descriptor: int) -> None:
-        rest = b""
-        while True:
-            try:
-                data = os.read(descriptor, MOST_READ)
-            except OSError:
-                data = b""
-            if not data:
-                break
-            *lines, rest = (rest + data).split(b"\n")
-            rest = rest[:MOST_READ]
-            for line in lines:
-                self._lines.put(line.decode(errors="replace"))
-        if rest:
-            self._lines.put(rest.decode(errors="replace"))
-        self.ended = True
-
-
 class StatusLine:
     """Lines for a person, and below them one that is drawn over and over on a terminal."""
 
@@ -166,12 +121,14 @@ class StatusLine:
         """Whether it is time to draw the live line anew."""
         return self._live and time.monotonic() - self._drawn >= REDRAW
 
-    def show(self, text: str) -> None:
-        """Draw the live line."""
+    def show(self, text: str, typed: str = "") -> None:
+        """Draw the live line, and what was typed after it."""
         self._drawn = time.monotonic()
         room = shutil.get_terminal_size().columns - 1
-        text = text[:room]
-        sys.stdout.write(f"\r{text}{' ' * max(0, self._width - len(text))}\r")
+        typed = "".join(c if c.isprintable() else "?" for c in f" > {typed}"[-room // 2 :])
+        text = f"{text[: room - len(typed)]}{typed}" if text else ""
+        blank = max(0, self._width - len(text))
+        sys.stdout.write(f"\r{text}{' ' * blank}" + "\b" * blank)
         sys.stdout.flush()
         self._width = len(text)
 
@@ -179,6 +136,7 @@ class StatusLine:
         """Wipe the live line."""
         if self._width:
             self.show("")
+            sys.stdout.write("\r")
 
     def say(self, text: str) -> None:
         """A line that stays."""
@@ -230,14 +188,6 @@ def _glance(engine: Engine, live: Live) -> str:
     words = f"[{done}/{len(items)}] {asked}"
     if live.stillness is None:
         return f"{words} | waiting for frames"
-    words += f" | {live.stillness.state} {live.stillness.seconds:.1f} s"
-    return words if live.curve is None else f"{words} | {curve_words(live.curve)}"
-
-
-def _drained(lines: "queue.SimpleQueue[T]") -> list[T]:
-    found = []
-    while True:
-        try:
-            found.append(lines.get_nowait())
-        except queue.Empty:
-            return found
+    if live.curve is not None:
+        words += f" | {curve_words(live.curve)}"
+    return f"{words} | {live.stillness.reason}"
