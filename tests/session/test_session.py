@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from made import RIBBON, readings, recording, same
 
-from georibbon.errors import RecordingError, SessionError
+from georibbon.errors import RecordingError, SessionError, StorageError
 from georibbon.ribbon import Readings
 from georibbon.session import session as module
+from georibbon.session.chunks import Chunk
+from georibbon.session.database import insert, pragma
+from georibbon.session.events import Event
 from georibbon.session.file import create_session, read_session
 from georibbon.session.lock import Lock, holder, lock_file
 from georibbon.session.session import Session
@@ -306,6 +309,45 @@ def test_a_newer_version_is_refused(path):
     with pytest.raises(SessionError, match="newer than 2"):
         Session.open(path)
     assert names(path) == ["s.georibbon"]
+
+
+def test_a_transaction_waits_for_the_disk(path):
+    """Durable when acknowledged: a log that is synced at every commit."""
+    with Session.create(path, RIBBON) as session:
+        for name, value in (("journal_mode", "wal"), ("synchronous", 2), ("page_size", 4096)):
+            assert session._writer.call(
+                lambda name=name: pragma(session._journal._store._database, name)
+            ) == value  # fmt: skip
+
+
+def test_callbacks_may_look_at_the_session(path):
+    seen = []
+    with Session.create(path, RIBBON) as session:
+        session.add_pass("P1", "pass", readings())
+        session.on_storage(lambda _: seen.append(session.readings(1).t.size))
+        path.rename(path.with_name("away"))
+        with pytest.raises(StorageError):
+            session.do("note", text="held")
+        path.with_name("away").rename(path)
+        session.retry()
+    assert seen == [4, 4]
+
+
+def test_a_clock_that_makes_no_sense_is_no_fault_after_a_crash(path, tmp_path):
+    other = tmp_path / "other.georibbon"
+    with Session.create(path, RIBBON) as session:
+        stream = session.stream(100.0)
+        stream.append(Readings(np.array([-1e9, 1e9]), np.zeros((2, 8))))
+        session.stream(100.0)
+        forged = Event(5, "9999-12-31T00:00:00+00:00", "stream", {"part": 3, "rate": 1.0})
+        last = Chunk(3, 0, 2, 2, np.array([-1e9, 1e9]).tobytes(), bytes(32))
+        assert stream.flush()
+        left_by_a_crash(path, other)
+    with closing(sqlite3.connect(other, isolation_level=None)) as database:
+        insert(database, [forged], [last])
+    with Session.open(other) as session:
+        assert session.recovery.frames == 4
+        assert session.recovery.time == forged.time
 
 
 def test_many_threads_may_do_things_at_once(path):
