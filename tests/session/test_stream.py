@@ -2,6 +2,7 @@
 
 import sqlite3
 import tempfile
+import threading
 import time
 from contextlib import closing
 from dataclasses import dataclass
@@ -128,6 +129,39 @@ def test_much_at_once_is_written_in_bounded_transactions(tmp_path, monkeypatch):
         assert sum(works) == 20_000
         assert max(works) < 3000 + FRAMES
         assert same(session.readings(stream.part), frames(0, 20_000))
+
+
+def test_waiting_for_a_slow_disk_ends_in_time(tmp_path):
+    with Session.create(tmp_path / "s.georibbon", RIBBON) as session:
+        stream = session.stream(100.0)
+        entered, going = threading.Event(), threading.Event()
+
+        def block():
+            entered.set()
+            going.wait(60.0)
+
+        blocked = threading.Thread(target=lambda: session._writer.call(block))
+        blocked.start()
+        entered.wait(60.0)
+        stream.append(frames(0, 9))
+        safe = stream.flush(timeout=0.05)
+        stream.append(frames(9, 12))
+        going.set()
+        blocked.join()
+        assert not safe
+        assert stream.flush()
+        assert stream.durable == 12
+    assert stream.flush()
+
+
+def test_what_was_given_up_is_not_waited_for(tmp_path):
+    session = Session.create(tmp_path / "s.georibbon", RIBBON)
+    stream = session.stream(100.0)
+    session.path.unlink()
+    stream.append(frames(0, 9))
+    assert not stream.flush()
+    session.close(discard=True)
+    assert not stream.flush(timeout=1e6)
 
 
 BAD = {

@@ -100,6 +100,8 @@ class Journal:
     def _fail(self, error: StorageError) -> None:
         new = self.error is None or str(self.error) != str(error)
         self.error = error
+        for stream in self._streams:
+            stream.failed()
         if new:
             self._told(str(error))
 
@@ -146,4 +148,6 @@ class Journal:
         """Close the file and give the right to write back; False where it is not one plain file."""
         plain = self._store.close()
         self.lock.release()
+        for stream in self._streams:
+            stream.abandon()
         return plain

@@ -258,17 +258,10 @@ class Session:
             part = self._next_part
             with suppress(StorageError):
                 self._accept("stream", {"part": part, "rate": rate})
-            flush = self._flusher(journal)
-            stream = Stream(part, columns, self._writer.poke, flush)
+            stream = Stream(part, columns, self._writer.poke)
             self._streams.append(stream)
             self._writer.call(lambda: journal.add(stream))
             return stream
-
-    def _flusher(self, journal: Journal) -> Callable[[], None]:
-        def flush() -> None:
-            self._writer.call(journal.tick)
-
-        return flush
 
     def readings(self, part: int) -> Readings:
         """The frames of a part, as far as they are durable or held.

@@ -1,7 +1,6 @@
 """Frames that come without end, on their way into the session file."""
 
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -13,6 +12,7 @@ from georibbon.errors import SessionError
 from georibbon.ribbon import Readings
 from georibbon.session.chunks import FRAMES, Chunk, joined, pack
 from georibbon.session.counts import check_readings
+from georibbon.session.writer import INTERVAL
 
 MOST_AT_ONCE = 16 * FRAMES  # frames of one transaction
 _LOST = -32768  # a lost value in counts of 16 bits
@@ -54,18 +54,15 @@ class Stream:
     transaction has taken it.
     """
 
-    def __init__(
-        self,
-        part: int,
-        columns: tuple[str, ...],
-        poke: Callable[[], None],
-        flush: Callable[[], None],
-    ) -> None:
+    def __init__(self, part: int, columns: tuple[str, ...], poke: Callable[[float], None]) -> None:
+        """Use `Session.stream`; poke: has the writer write after so many seconds."""
         self.part = part
         self._columns = columns
         self._poke = poke
-        self._flush = flush
         self._lock = threading.Lock()
+        self._settled = threading.Condition(self._lock)
+        self._failures = 0
+        self._over = False
         self._waiting: list[Chunk] = []
         self._last = -np.inf
         self._frames = self._durable = 0
@@ -106,23 +103,40 @@ class Stream:
             self._last = readings.t[-1]
             self._frames += readings.t.size
             self._waiting += blocks
-        self._poke()
+        self._poke(INTERVAL)
 
     def flush(self, timeout: float = 10.0) -> bool:
-        """Have everything appended so far written; whether it is safe after so many seconds."""
-        target, deadline = self._frames, time.monotonic() + timeout
-        while self._durable < target and time.monotonic() < deadline:
-            before = self._durable
-            self._flush()
-            if self._durable == before:
-                break  # it cannot be written now
-        return self._durable >= target
+        """Have everything appended so far written now; whether it is safe.
+
+        Returns when it is, when it could not be written, or after so many seconds.
+        """
+        with self._lock:
+            target, failures = self._frames, self._failures
+        self._poke(0.0)
+        with self._settled:
+            self._settled.wait_for(
+                lambda: self._durable >= target or self._over or self._failures != failures,
+                timeout,
+            )
+            return self._durable >= target
 
     def close(self) -> None:
         """End the stream and write what waits; what cannot be written stays with the session."""
         with self._lock:
             self._ended = True
         self.flush()
+
+    def failed(self) -> None:
+        """What waits could not be written.  Called by the writer."""
+        with self._settled:
+            self._failures += 1
+            self._settled.notify_all()
+
+    def abandon(self) -> None:
+        """Nothing will be written any more.  Called by the writer."""
+        with self._settled:
+            self._over = self._ended = True
+            self._settled.notify_all()
 
     def work(self) -> Work | None:
         """What there is to write.  Called by the writer."""
@@ -170,10 +184,11 @@ class Stream:
 
     def done(self, work: Work) -> None:
         """The work is durable.  Called by the writer."""
-        with self._lock:
+        with self._settled:
             del self._waiting[: work.taken]
-        self._base, self._tail = work.base, work.tail
-        self._durable += work.frames
+            self._base, self._tail = work.base, work.tail
+            self._durable += work.frames
+            self._settled.notify_all()
 
     @property
     def base(self) -> int:

@@ -15,6 +15,8 @@ T = TypeVar("T")
 class Writer:
     """Runs what it is given, in order, and a tick soon after each poke.
 
+    A tick that asked to run again later is hurried by a poke without delay alone.
+
     tick: returns the seconds after which it wants to run again, or None.
     """
 
@@ -42,11 +44,12 @@ class Writer:
             raise call.error
         return cast("T", call.result)
 
-    def poke(self) -> None:
-        """Ask for a tick; never waits for one."""
+    def poke(self, seconds: float = INTERVAL) -> None:
+        """Ask for a tick after so many seconds at the latest; never waits for it."""
+        due = time.monotonic() + seconds
         with self._changed:
-            if self._due is None:
-                self._due = time.monotonic() + INTERVAL
+            if self._due is None or (not seconds and due < self._due):
+                self._due = due
                 self._changed.notify()
 
     def stop(self) -> None:
@@ -75,9 +78,9 @@ class Writer:
             return AFTER_FAULT
 
     def _again(self, seconds: float | None) -> None:
-        """Have the next tick not before so many seconds."""
-        if seconds is not None:
-            with self._changed:
+        """Have the next tick after so many seconds, where none was asked for meanwhile."""
+        with self._changed:
+            if seconds is not None and self._due is None:
                 self._due = time.monotonic() + seconds
 
     def _next(self) -> tuple["_Call | None", bool]:
