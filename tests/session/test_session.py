@@ -271,6 +271,18 @@ def test_nothing_that_is_there_is_overwritten(path, name):
     assert names(path) == [f"s.georibbon{name}"]
 
 
+def test_a_place_that_is_taken_in_the_last_moment_is_not_overwritten(path, monkeypatch):
+    def late(place):
+        create_session(place, recording())
+        return Lock(place)
+
+    monkeypatch.setattr(module, "Lock", late)
+    with pytest.raises(SessionError, match="such a file already"):
+        Session.create(path, RIBBON)
+    assert names(path) == ["s.georibbon"]
+    assert same(read_session(path), recording())
+
+
 def test_where_nothing_can_be_made(path, tmp_path):
     with pytest.raises(SessionError, match="cannot be written"):
         Session.create(tmp_path / "none" / "s.georibbon")

@@ -95,6 +95,18 @@ def open_here(path: Path) -> bool:
         return path.resolve() in _here
 
 
+def head(path: Path, count: int) -> bytes | None:
+    """The first bytes of a session; None where this process has it open for writing.
+
+    Raises OSError where it cannot be read.
+    """
+    with _here_lock:  # nothing here begins to write while the descriptor is open
+        if path.resolve() in _here:
+            return None
+        with path.open("rb") as file:
+            return file.read(count)
+
+
 def holder(path: Path) -> str | None:
     """Who has a session open for writing, in words; None where nobody has."""
     file = lock_file(path)

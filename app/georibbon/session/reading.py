@@ -30,7 +30,7 @@ from georibbon.session.database import (
 )
 from georibbon.session.events import Event
 from georibbon.session.files import kind_of
-from georibbon.session.lock import holder, open_here
+from georibbon.session.lock import head, holder, open_here
 from georibbon.session.schema import statements
 from georibbon.session.state import SessionState, fold, parts_of
 
@@ -62,7 +62,7 @@ def check_file(path: Path) -> None:
     if kind != "file":
         raise SessionError(f"{path}: this is no file; give the name of a session file")
     try:
-        session = open_here(path) or _head(path, len(_MAGIC)) == _MAGIC
+        session = head(path, len(_MAGIC)) in (None, _MAGIC)
         size = path.stat().st_size
     except OSError as error:
         reason = error.strerror or error
@@ -152,7 +152,7 @@ def _way(path: Path) -> str | None:
         return None
     if _size(log) >= _LOG_HEADER:
         return "mode=ro&readonly_shm=1" if kind_of(index) != "nothing" else None
-    if _head(path, 20)[19:] == b"\x02":
+    if (head(path, 20) or b"")[19:] == b"\x02":
         return "mode=ro&immutable=1"  # in WAL mode, with nothing in the log
     return "mode=ro"
 
@@ -181,8 +181,3 @@ def _copied(path: Path, folder: Path) -> Path:
         if kind_of(Path(f"{path}{end}")) == "file":
             shutil.copyfile(f"{path}{end}", folder / f"{path.name}{end}")
     return folder / path.name
-
-
-def _head(path: Path, count: int) -> bytes:
-    with path.open("rb") as file:
-        return file.read(count)

@@ -87,6 +87,7 @@ class Session:
         state = fold(events, path.name)
         lock = _locked(path)
         try:
+            check_place(path)  # it may have been taken before the lock was
             store.create(path, events, ())
             found = Contents(VERSION, events, state, {}, closed=False)
             session = cls(path, found, lock, place_warnings(path))
@@ -321,6 +322,7 @@ class Session:
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
             try:
+                check_place(path)
                 found = self._writer.call(lambda: journal.move(path, lock, events))
             except BaseException:
                 if same:
