@@ -88,6 +88,21 @@ def test_poses_alone_calibrate_and_the_calibration_stands_in_for_them(
         (tmp_path / "p.json").unlink()
 
 
+def test_what_a_recording_has_no_place_for_is_told(session, tmp_path, capsys):
+    with Session.open(session) as opened:
+        stream = opened.stream(100.0)
+        stream.append(opened.readings(1))
+        frames = stream.frames
+        opened.do("note", text="cold")
+        opened.do("setting", **{"pass": "P1", "key": "smoothing", "value": 0.05})
+        opened.do("remove", **{"pass": "P3"})
+    assert main(["export", str(session), "--recording", str(tmp_path / "back")]) == 0
+    told = capsys.readouterr().out.splitlines()[-1]
+    for words in (f"{frames} frames between the passes", "1 note", "1 setting", "1 pass in the"):
+        assert words in told
+    assert "calibration" not in told
+
+
 def test_a_smoothing_that_is_no_length_is_refused(session, tmp_path, capsys):
     with Session.open(session) as opened:
         opened.do("setting", **{"pass": "P1", "key": "smoothing", "value": "fine"})

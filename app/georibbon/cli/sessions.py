@@ -37,7 +37,8 @@ example:
     "export": (
         """\
 Write the raw data of a session as a recording folder: plain text, a recording.toml and
-one CSV file of counts for each pose and pass.""",
+one CSV file of counts for each pose and pass.  What a recording has no place for, such as
+notes, is told.""",
         """\
 example:
   georibbon export bonnet.georibbon --recording bonnet-recording""",
@@ -88,6 +89,26 @@ def export(arguments: argparse.Namespace) -> None:
     recording = read_session(arguments.session)
     write_recording(recording, arguments.recording)
     print(f"{_contents(recording)}\nwritten: {arguments.recording}")
+    left = _left_behind(arguments.session)
+    if left:
+        print(f"only in the session, as a recording has no place for it: {left}")
+
+
+def _left_behind(path: Path) -> str:
+    """What of a session is in no recording, in words."""
+    from georibbon.session.telling import tell
+
+    facts = tell(path)
+    loose = sum(stream["frames"] for stream in facts["streams"])
+    counts = (
+        (loose, "frame between the passes", "frames between the passes"),
+        (len(facts["notes"]), "note", None),
+        (len(facts["settings"]), "setting", None),
+        (int(facts["calibrated"]), "calibration", None),
+        (len(facts["pending_survey"]), "pass in the survey that was not captured",
+         "passes in the survey that were not captured"),
+    )  # fmt: skip
+    return ", ".join(counted(count, one, many) for count, one, many in counts if count)
 
 
 def info(arguments: argparse.Namespace) -> None:
