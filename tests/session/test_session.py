@@ -5,6 +5,7 @@ import shutil
 import sqlite3
 import threading
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -448,6 +449,49 @@ def test_the_name_of_a_lock_that_was_removed_is_not_taken_for_the_lock(path, mon
     second.release()
     second.release()
     assert names(path) == []
+
+
+def test_where_nothing_can_be_locked(path, monkeypatch):
+    create_session(path, recording())
+
+    def refuse(_):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr("georibbon.session.lock._take", refuse)
+    with Session.open(path) as session:
+        assert session.read_only
+        assert "opened read only" in session.warnings[0]
+    with pytest.raises(SessionError, match="No locks available"):
+        Session.create(path.with_name("t.georibbon"))
+
+
+def test_a_lock_that_cannot_be_removed_locks_nobody_out(path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", refuse)
+        Session.create(path, RIBBON).close()
+    assert lock_file(path).exists()
+    with Session.open(path) as session:
+        assert not session.read_only
+
+
+def test_a_file_system_without_shared_memory_is_told(path, monkeypatch):
+    monkeypatch.setattr("georibbon.session.store.pragma", lambda *_: "delete")
+    with pytest.raises(StorageError, match="no shared memory"):
+        Session.create(path, RIBBON)
+    assert not lock_file(path).exists()
+
+
+def test_a_database_that_cannot_be_begun_with_is_told(path, monkeypatch):
+    def fail(*_):
+        raise sqlite3.OperationalError("disk I/O error")
+
+    monkeypatch.setattr("georibbon.session.store.pragma", fail)
+    with pytest.raises(StorageError, match="disk I/O error"):
+        Session.create(path, RIBBON)
+    assert holder(path) is None
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"process": "x"}', '{"process": 1}', "9" * 2000])
