@@ -199,6 +199,10 @@ FORGED = {
     "a table more": ("CREATE TABLE more (a)", "not those of version 2"),
     "no table": ("DROP TABLE chunk", "not those of version 2"),
     "no event": ("DELETE FROM event", "first event is missing"),
+    "frames of nothing": (
+        "INSERT INTO chunk VALUES (99, 0, 1, 2, x'', x'', x'')",
+        "no event tells of part 99",
+    ),
 }
 
 

@@ -315,6 +315,17 @@ def test_a_file_or_folder_that_may_not_be_written_is_opened_read_only(path, monk
     assert names(path) == ["s.georibbon"]
 
 
+def test_a_file_that_cannot_be_read_is_told(path, monkeypatch):
+    create_session(path, recording())
+
+    def fail(*_):
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("georibbon.session.reading.connect", fail)
+    with pytest.raises(SessionError, match="Input/output error"):
+        Session.open(path)
+
+
 def test_a_newer_version_is_refused(path):
     create_session(path, recording())
     with closing(sqlite3.connect(path)) as database:

@@ -321,6 +321,12 @@ def test_a_row_of_another_make_is_refused(forged):
         event_of(forged.row)
 
 
+@pytest.mark.parametrize("values", [(), (1,), (*Event(1, TIME, "note", {}).row, None)])
+def test_a_row_of_another_table_is_refused(values):
+    with pytest.raises(DamagedError, match="the values that it should"):
+        event_of(values)
+
+
 @pytest.mark.parametrize(
     "text", ["", "[]", "1", "{", "[" * 100_000, '{"a":NaN}', '{"a":Infinity}', "9" * 9999, "{}" * 2]
 )

@@ -312,6 +312,16 @@ def test_what_cannot_be_read_any_more_is_left_out_and_told(tmp_path, monkeypatch
         assert same(left, Readings(whole.t[kept], whole.counts[kept]))
 
 
+def test_frames_that_were_damaged_are_told_when_they_are_read(session):
+    damage(session, 2, 0)
+    with pytest.raises(SessionError, match="is damaged"):
+        session.readings(2)
+    on_writer(session, "DROP TABLE chunk")
+    for verb in (session.readings, session.frames_in):
+        with pytest.raises(SessionError, match="no such table"):
+            verb(2)
+
+
 def test_what_is_in_memory_needs_no_old_file(session, tmp_path):
     damage(session, 1, 0)
     damage(session, 2, 0)

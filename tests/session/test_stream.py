@@ -70,6 +70,7 @@ def test_what_is_appended_is_there_in_as_few_chunks_as_can_be(blocks, wide):
             assert stream.durable == done
             if done:
                 assert same(session.readings(stream.part), frames(0, done, wide))
+            assert session.readings(stream.part).counts.shape == (done, 8)
         expected = [FRAMES] * (done // FRAMES) + [done % FRAMES] * (done % FRAMES > 0)
         assert chunks_of(path, stream.part) == list(enumerate(expected))
         assert tell(path)["streams"][0]["frames"] == done

@@ -11,6 +11,7 @@ from made import same
 
 from georibbon.errors import SessionError
 from georibbon.session import migration, version1
+from georibbon.session.chunks import DamagedError
 from georibbon.session.file import read_session
 from georibbon.session.session import Session
 from georibbon.session.telling import tell
@@ -163,6 +164,19 @@ def test_what_is_sealed_and_cannot_be_meant_is_refused(session, name):
     change(session, *statements, seal=name not in ("a view", "no table"))
     told = refused(session)
     assert any(word in told for word in words.split("|"))
+
+
+def test_blobs_where_text_belongs_are_refused(session):
+    change(
+        session,
+        "PRAGMA writable_schema = ON",
+        "UPDATE sqlite_schema SET sql = replace(sql, ' STRICT', '')",
+        seal=False,
+    )
+    change(session, "UPDATE mark SET pass = x'00'", seal=False)
+    assert "damaged" in refused(session)
+    with pytest.raises(DamagedError, match="bytes where none belong"):
+        version1.digest([(1, b"x")])
 
 
 def test_bounds_hold(session, monkeypatch):

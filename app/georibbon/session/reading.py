@@ -13,6 +13,8 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from georibbon.errors import SessionError
 from georibbon.ribbon import Readings
 from georibbon.session import version1
@@ -116,9 +118,13 @@ def contents(database: sqlite3.Connection, path: Path) -> Contents:
 
 
 def frames_of(chunks: Iterable[Chunk], state: SessionState) -> Readings:
-    """The readings in the chunks of one part of a session; DamagedError where they are none."""
-    columns = () if state.ribbon is None else state.ribbon.columns
-    return joined(list(chunks), len(columns))
+    """The readings in the chunks of one part of a session, none in a stream without any.
+
+    Raises DamagedError where they make no sense.
+    """
+    columns = 0 if state.ribbon is None else len(state.ribbon.columns)
+    found = list(chunks)
+    return joined(found, columns) if found else Readings(np.empty(0), np.empty((0, columns)))
 
 
 def read_part(database: sqlite3.Connection, part: int, state: SessionState) -> Readings:
