@@ -286,6 +286,12 @@ def test_another_ribbon_is_refused_with_both_told(laying, place):
     session.close()
 
 
+def test_the_ribbon_is_written_where_one_damage_does_not_reach_both(laying):
+    copies = [one.id for one in laying.session.state.history if one.action == "ribbon"]
+    (calibration,) = [one.id for one in laying.session.state.history if one.action == "calibration"]
+    assert copies[0] < calibration < copies[1]
+
+
 def test_a_magnet_is_told_with_the_pass(laying):
     laying.ribbon.do("magnet 0.4")
     laying.do("lift", "lay P1")

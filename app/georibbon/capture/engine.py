@@ -19,6 +19,7 @@ from georibbon.capture.checklist import Item, checklist, next_open
 from georibbon.capture.judging import LEAST_SECONDS, Refusal, judge_pass, judge_pose
 from georibbon.capture.live import LiveCurve, LiveFit
 from georibbon.capture.plan import CapturePlan, PlannedPass, PlannedPose, check_survey
+from georibbon.capture.start import write_ribbon
 from georibbon.capture.verdict import quality_words, verdict_on
 from georibbon.device.frames import Frame, readings_of
 from georibbon.device.stillness import MOST_SPREAD, Stillness, StillnessMonitor
@@ -405,6 +406,11 @@ class Engine:
     def _adopt(self, calibration: Calibration, words: str) -> None:
         document = to_dict(calibration)
         self._write(lambda: self.session.do("calibration", document=document))
+        # Once more, pages away from the first: without any copy no frame could be salvaged.
+        firmware = self.session.state.firmware
+        self._write(lambda: write_ribbon(self.session, self.ribbon, firmware))
+        # Once more, pages away from the first: without any copy no frame could be salvaged.
+        self._write(lambda: write_ribbon(self.session, self.identity))
         self._renew(calibration)
         self._tell("calibrated", None, words)
 

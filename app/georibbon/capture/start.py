@@ -35,7 +35,7 @@ def _new(path: Path, identity: Identity, plan: CapturePlan) -> tuple[Session, Ca
     _check(plan, identity.ribbon)
     session = Session.create(path, title=plan.title)
     try:
-        _write_ribbon(session, identity)
+        write_ribbon(session, identity.ribbon, identity.firmware)
         _write_plan(session, plan)
     except BaseException:
         session.close()
@@ -50,8 +50,8 @@ def _again(session: Session, identity: Identity, plan: CapturePlan | None) -> Ca
     state, ribbon = session.state, identity.ribbon
     if state.ribbon is not None:
         require_ribbon(state.ribbon, ribbon, session.path.name)
-    if state.ribbon != ribbon:  # the rate may have changed since
-        _write_ribbon(session, identity)
+    # Its rate may have changed since; and without any copy of this no frame can be salvaged.
+    write_ribbon(session, identity.ribbon, identity.firmware)
     if plan is not None:
         _check(plan, ribbon)
         _write_plan(session, plan)
@@ -81,8 +81,10 @@ def _check(plan: CapturePlan, ribbon: Ribbon) -> None:
     check_survey(plan.survey or {}, ribbon, names, "the plan")
 
 
-def _write_ribbon(session: Session, identity: Identity) -> None:
-    session.do("ribbon", **ribbon_table(identity.ribbon), firmware=identity.firmware)
+def write_ribbon(session: Session, ribbon: Ribbon, firmware: str | None) -> None:
+    """Write which ribbon it is; the more copies, the surer that frames can be salvaged."""
+    told = {} if firmware is None else {"firmware": firmware}
+    session.do("ribbon", **ribbon_table(ribbon), **told)
 
 
 def _write_plan(session: Session, plan: CapturePlan) -> None:
