@@ -409,8 +409,6 @@ class Engine:
         # Once more, pages away from the first: without any copy no frame could be salvaged.
         firmware = self.session.state.firmware
         self._write(lambda: write_ribbon(self.session, self.ribbon, firmware))
-        # Once more, pages away from the first: without any copy no frame could be salvaged.
-        self._write(lambda: write_ribbon(self.session, self.identity))
         self._renew(calibration)
         self._tell("calibrated", None, words)
 
