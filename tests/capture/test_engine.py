@@ -12,6 +12,7 @@ from georibbon.capture.start import open_capture
 from georibbon.device.identity import Identity
 from georibbon.errors import CalibrationError, SessionError, SettingsError
 from georibbon.reconstruction import reconstruct
+from georibbon.recording import Workpiece
 from georibbon.ribbon import Ribbon
 from georibbon.session.file import read_session
 from georibbon.session.session import Session
@@ -189,6 +190,24 @@ def test_undo_and_what_is_left_survive_a_restart(laying, place):
         engine.undo()
         assert [one.name for one in session.state.passes] == ["P1"]
         assert engine.current.key in ("P2", "P3")
+
+
+def test_the_plan_given_again_adds_nothing_and_loses_nothing(place):
+    entry = {"pass": "P1", "at": 0.0, "position": [0.0, 0.0, 0.0], "sigma": 0.001}
+    plan = CapturePlan(poses=0, passes=2, workpiece=Workpiece(True, 10.0), survey={"mark": [entry]})
+    bench = Bench(place, plan)
+    bench.engine.survey("mark", entry | {"pass": "P2", "at": 0})
+    bench.session.close()
+    again = Bench(place, plan)
+    assert [mark.pass_name for mark in again.session.state.marks] == ["P1", "P2"]
+    actions = [one.action for one in again.session.state.history]
+    assert actions.count("plan") == actions.count("workpiece") == 1
+    assert actions.count("survey") == 2
+    again.session.close()
+    more = Bench(place, CapturePlan(poses=0, passes=4))
+    assert [item.key for item in more.engine.items] == ["P1", "P2", "P3", "P4"]
+    assert len(more.session.state.marks) == 2
+    more.session.close()
 
 
 def test_nothing_to_undo_is_said(place):

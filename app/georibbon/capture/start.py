@@ -1,15 +1,17 @@
 """Where a capture begins: a new session with its plan, or one to go on with."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import cast
 
 from georibbon.capture.plan import CapturePlan, check_survey
 from georibbon.device.identity import Identity
 from georibbon.errors import SessionError
 from georibbon.ribbon import Ribbon
 from georibbon.session.files import kind_of
-from georibbon.session.outline import ribbon_table
+from georibbon.session.outline import ribbon_table, survey_tables
 from georibbon.session.session import Session
+from georibbon.session.state import SessionPlan
 
 
 def open_capture(
@@ -88,12 +90,22 @@ def write_ribbon(session: Session, ribbon: Ribbon, firmware: str | None) -> None
 
 
 def _write_plan(session: Session, plan: CapturePlan) -> None:
-    session.do("plan", poses=plan.poses, passes=plan.passes, ties=plan.ties)
-    if plan.workpiece is not None:
-        heading = plan.workpiece.heading
-        known = {} if heading is None else {"heading": heading}
-        session.do("workpiece", level=plan.workpiece.level, **known)
+    """Write what the plan says and the session does not say yet; nothing of the session is lost."""
+    state = session.state
+    counts = SessionPlan(plan.poses, plan.passes, plan.ties)
+    if state.plan != counts:
+        session.do("plan", **asdict(counts))
+    piece = plan.workpiece
+    if piece is not None and piece != state.workpiece:
+        known = {} if piece.heading is None else {"heading": piece.heading}
+        session.do("workpiece", level=piece.level, **known)
     if plan.survey is not None:
-        session.do(
-            "survey", **{key: plan.survey.get(key, []) for key in ("mark", "distance", "crossing")}
-        )
+        tables = survey_tables(state.marks, state.distances, state.crossings)
+        both = {key: _joined(tables[key], plan.survey.get(key, [])) for key in tables}
+        if both != tables:
+            session.do("survey", **both)
+
+
+def _joined(there: list[dict[str, object]], planned: object) -> list[object]:
+    """What the session's survey has, and what of the plan's it has not."""
+    return [*there, *(entry for entry in cast("list[object]", planned) if entry not in there)]
