@@ -24,6 +24,7 @@ from georibbon.simulation import RibbonSettings, SimulationSettings
 from georibbon.virtual.ports import serve_pty, serve_tcp
 from georibbon.virtual.ribbon import VirtualRibbon
 from georibbon.virtual.settings import VirtualSettings
+from waiting import wait_until
 
 RATE = 100.0
 KEYS = ["frames", "durable", "lost", "damaged", "stalls", "reconnects", "state", "path"]
@@ -47,13 +48,6 @@ def ribbon():
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "run.csv"
-
-
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not come to that"
-        time.sleep(0.01)
 
 
 class Lines(io.StringIO):

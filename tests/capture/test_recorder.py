@@ -11,6 +11,7 @@ from georibbon.capture.recorder import Progress, Recorder
 from georibbon.device.frames import Frame
 from georibbon.device.ring import Tap
 from georibbon.errors import StorageError
+from waiting import wait_until
 
 
 def frames(count, start=0, rate=100.0):
@@ -52,13 +53,6 @@ def tap():
 @pytest.fixture
 def sink():
     return FakeSink()
-
-
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not come to that"
-        time.sleep(0.002)
 
 
 def wait_for(recorder, frames, durable):

@@ -29,14 +29,6 @@ RIBBON = Ribbon(
 )
 
 
-def wait_until(condition, seconds=20.0):
-    """Wait for a condition; fail where it does not come true."""
-    until = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < until, "the condition did not come true"
-        time.sleep(0.002)
-
-
 def settled(threads, descriptors):
     """Whether there are no more threads and open files than before."""
     return threading.active_count() <= threads and len(open_files()) <= descriptors

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from fake import RIBBON, DirectPort, FakeRibbon, PtyCable, TcpCable, open_files, settled, wait_until
+from fake import RIBBON, DirectPort, FakeRibbon, PtyCable, TcpCable, open_files, settled
 
 from georibbon.device.frames import pack_frame
 from georibbon.device.identity import Identity, write_identity
@@ -16,6 +16,7 @@ from georibbon.device.link import Link, LinkState, LinkTiming
 from georibbon.device.packets import FRAME, IDENTITY, MESSAGE
 from georibbon.device.ports import PortInfo, SerialPort
 from georibbon.errors import DeviceError
+from waiting import wait_until
 
 QUICK = LinkTiming(answer=5.0, stall=0.3, retry_first=0.01, retry_last=0.03)
 HASTY = replace(QUICK, answer=0.25, tries=2)

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import pytest
 import serial
-from fake import wait_until
 
 from georibbon.device import ports
 from georibbon.device.ports import (
@@ -21,6 +20,7 @@ from georibbon.device.ports import (
     open_port,
 )
 from georibbon.errors import DeviceError
+from waiting import wait_until
 
 
 @pytest.fixture

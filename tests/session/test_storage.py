@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from made import RIBBON, readings, same
-from test_stream import frames, wait_until
+from test_stream import frames
 
 from georibbon.errors import SessionError, StorageError
 from georibbon.ribbon import Readings
@@ -24,6 +24,7 @@ from georibbon.session.lock import lock_file
 from georibbon.session.moving import without
 from georibbon.session.session import Session
 from georibbon.session.telling import tell
+from waiting import wait_until
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import sqlite3
 import tempfile
 import threading
-import time
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from georibbon.session import stream as module
 from georibbon.session.chunks import FRAMES
 from georibbon.session.session import Session
 from georibbon.session.telling import tell
+from waiting import wait_until
 
 
 def frames(start, stop, wide=False):
@@ -97,14 +97,6 @@ def test_it_is_written_soon_without_being_asked(tmp_path):
         assert [one["frames"] for one in tell(session.path)["streams"]] == [5]
         stream.append(frames(5, 9))
         wait_until(lambda: stream.durable == 9)
-
-
-def wait_until(condition, seconds=20.0):
-    """Wait until a condition holds; fail where it does not in time."""
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_the_frames_of_the_link_are_taken(tmp_path):

@@ -3,10 +3,10 @@
 import threading
 
 import pytest
-from test_stream import wait_until
 
 from georibbon.session import writer as module
 from georibbon.session.writer import Writer
+from waiting import wait_until
 
 
 def test_calls_are_run_in_their_order_on_one_thread():

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 import serial
-from worlds import SMALL, wait_until
+from worlds import SMALL
 
 from georibbon.device.packets import DONE, FRAME, IDENTITY, MESSAGE, Packet, PacketReader
 from georibbon.errors import SettingsError
 from georibbon.virtual import VirtualRibbon, VirtualSettings, serve_pty, serve_tcp
+from waiting import wait_until
 
 # A terminal that vanishes while it is opened: what pyserial lets through there.
 VANISHING = (import_module("termios").error,) if os.name == "posix" else ()

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import SMALL, clocks_of, packets_in, said, wait_until, world_of
+from worlds import SMALL, clocks_of, packets_in, said, world_of
 
 from georibbon.device.identity import read_identity
 from georibbon.device.packets import DONE, FRAME, IDENTITY, MESSAGE, PacketReader
 from georibbon.errors import DeviceError, SettingsError
 from georibbon.virtual import VirtualSettings
 from georibbon.virtual.wire import LONGEST_LINE, MOST_WAITING, LineReader
+from waiting import wait_until
 
 
 def kinds(packets):

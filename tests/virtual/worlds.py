@@ -1,7 +1,5 @@
 """Virtual ribbons for the tests, on a clock that stands still unless told."""
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -49,11 +47,3 @@ def clocks_of(packets: list[Packet], world: VirtualRibbon) -> list[int]:
     """The microseconds of the frames among packets."""
     columns = len(world.ribbon.columns)
     return [unpack_frame(p.payload, columns)[0] for p in packets if p.type == FRAME]
-
-
-def wait_until(true: Callable[[], bool], seconds: float = 20.0) -> None:
-    """Return as soon as something is true; fail when it takes unreasonably long."""
-    end = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < end, "what was waited for did not come about"
-        time.sleep(0.005)
