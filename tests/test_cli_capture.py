@@ -1,10 +1,13 @@
 """``georibbon capture`` as a person uses it: a process at a terminal, a ribbon at its port."""
 
 import contextlib
+import os
+import pty
 import signal
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -124,12 +127,8 @@ def test_words_are_heard_and_nonsense_is_told(world, words):
     terminal.say("add T1 tie")
     terminal.wait_for("T1: lay a tie")
     world.do("lay T1")
-    for _ in range(40):
-        terminal.say("force")
-        if "is taken" in terminal.wait_for("T1 is"):
-            break
-        world.do("hold")
-        threading.Event().wait(0.25)
+    terminal.say("auto on")
+    terminal.wait_for("T1 is taken")
     terminal.say("quit")
     assert terminal.end() == 0
     with Session.open(words[2], read_only=True) as session:
@@ -179,6 +178,57 @@ def test_interrupted_it_closes_the_session(world, words):
     assert terminal.end() == 0
     assert held(words[2]) == ["P1"]
     assert len(list(words[2].parent.glob("capture*"))) == 1
+
+
+def rescued(terminal):
+    """Where what was held was brought to, as it was told."""
+    place = terminal.heard.split("is safe in ")[-1].split()[0]
+    assert "georibbon-rescued-" in place
+    return Path(place)
+
+
+def test_held_things_keep_it_from_quitting_and_are_rescued(words, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    terminal = Terminal(*words)
+    terminal.wait_for("P1: lay a pass")
+    words[2].unlink()
+    terminal.say("note important")
+    terminal.wait_for("!!")
+    terminal.say("quit")
+    terminal.wait_for("not everything is on disk")
+    terminal.process.send_signal(signal.SIGINT)
+    assert terminal.end() == 0
+    with Session.open(rescued(terminal), read_only=True) as session:
+        assert [note.text for note in session.state.notes] == ["important"]
+
+
+def test_held_things_outlive_the_terminal(words, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    here, there = pty.openpty()
+    command = [sys.executable, "-m", "georibbon", "capture", *map(str, words)]
+    process = subprocess.Popen(
+        command, stdin=there, stdout=there, stderr=there, start_new_session=True
+    )
+    os.close(there)
+    try:
+        read_until(here, b"lay a pass")
+        words[2].unlink()
+        os.write(here, b"note important\n")
+        read_until(here, b"noted")
+    finally:
+        os.close(here)
+        process.send_signal(signal.SIGHUP)
+        process.wait(timeout=30)
+    (place,) = tmp_path.glob("georibbon-rescued-*/*.georibbon")
+    with Session.open(place, read_only=True) as session:
+        assert [note.text for note in session.state.notes] == ["important"]
+
+
+def read_until(descriptor, words):
+    """Read a terminal until some words have come."""
+    heard = b""
+    while words not in heard:
+        heard += os.read(descriptor, 4096)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,25 @@ class Engine:
         self.did = []
         self.auto = True
 
+    @property
+    def survey(self):
+        return Desk(self.did)
+
     def __getattr__(self, verb):
         return lambda *words, **named: self.did.append((verb, *words, *named.items()))
+
+
+class Desk:
+    """Writes down what the survey is asked."""
+
+    def __init__(self, did):
+        self.did = did
+
+    def add(self, table, entry):
+        self.did.append(("survey", table, entry))
+
+    def remove(self, table, number):
+        self.did.append(("forget", table, number))
 
 
 def done(line):
@@ -39,6 +56,7 @@ def done(line):
         ("redo", ("redo",)),
         ("redo P3", ("choose", "P3")),
         ("P3", ("choose", "P3")),
+        ("left side", ("choose", "left side")),
         (" pose-07 ", ("choose", "pose-07")),
         ("add P6", ("add", "P6", "pass")),
         ("add T3 tie", ("add", "T3", "tie")),
@@ -83,10 +101,11 @@ def test_a_crossing_has_two_places(words, sigma):
 @pytest.mark.parametrize(
     "line",
     [
-        "what is this", "add", "add a b c", "add P6 surface", "remove", "remove a b", "mark",
+        "add", "add a b c", "add P6 surface", "remove", "remove a b", "mark",
         "mark P1 0 0 0", "mark P1 x 0 0 0", "distance P1 0 P2 0", "crossing P1 0 T1",
         "crossing P1 0 T1 y", "forget", "forget mark two", "forget note 1", "auto", "auto maybe",
-        "note", "skip now", "undo 3", "add 'open",
+        "note", "skip now", "undo 3", "add 'open", "add skip", "add quit", "save x.csv",
+        "save ~nobody-of-this-name/x.georibbon", "save a\0b.georibbon",
     ],
 )  # fmt: skip
 def test_what_means_nothing_is_refused(line):

@@ -55,10 +55,10 @@ def test_a_whole_capture_by_stillness_alone(bench, place):
     marks, distances, crossings = bench.ribbon.survey()
     for mark in marks:
         entry = {"pass": mark.pass_name, "at": mark.at, "sigma": mark.sigma}
-        bench.engine.survey("mark", entry | {"position": list(mark.position)})
+        bench.engine.survey.add("mark", entry | {"position": list(mark.position)})
     for crossing in crossings:
         entry = {"passes": list(crossing.passes), "at": list(crossing.at), "sigma": crossing.sigma}
-        bench.engine.survey("crossing", entry)
+        bench.engine.survey.add("crossing", entry)
     assert not distances
     bench.session.close()
     result = reconstruct(read_session(place))
@@ -147,6 +147,35 @@ def test_moving_and_short_are_refused_with_the_reason(laying):
     assert laying.engine.take() is None
 
 
+def test_after_a_gap_nobody_knows_whether_it_was_lifted(laying):
+    laying.do("lift", "lay P1")
+    laying.ribbon.advance(1.0)
+    laying.pass_time(3.0)
+    assert laying.taken() == ["P1"]
+    assert laying.engine.take().code == "not-lifted"
+
+
+def test_a_fault_in_reading_poses_ends_nothing(bench, monkeypatch):
+    def fail(complete):
+        raise SessionError(f"frames cannot be read (complete {complete})")
+
+    bench.pose_all()
+    bench.engine.choose("pose-01")
+    monkeypatch.setattr(bench.session, "recording", fail)
+    bench.do("lift", "pose 1")
+    assert bench.taken()[-1] == "pose-01"
+    assert "frames cannot be read" in bench.last("quality").message
+    assert bench.engine.current is not None
+
+
+def test_skipping_what_is_repeated_keeps_it(laying):
+    laying.do("lift", "lay P1")
+    laying.engine.choose("P1")
+    laying.engine.skip()
+    assert "stays" in laying.last("skipped").message
+    assert laying.engine.items[0].status == "taken"
+
+
 def test_by_hand_only_nothing_is_taken_by_itself(place):
     bench = Bench(place, auto=False)
     bench.do("lift", "pose 1")
@@ -196,7 +225,7 @@ def test_the_plan_given_again_adds_nothing_and_loses_nothing(place):
     entry = {"pass": "P1", "at": 0.0, "position": [0.0, 0.0, 0.0], "sigma": 0.001}
     plan = CapturePlan(poses=0, passes=2, workpiece=Workpiece(True, 10.0), survey={"mark": [entry]})
     bench = Bench(place, plan)
-    bench.engine.survey("mark", entry | {"pass": "P2", "at": 0})
+    bench.engine.survey.add("mark", entry | {"pass": "P2", "at": 0})
     bench.session.close()
     again = Bench(place, plan)
     assert [mark.pass_name for mark in again.session.state.marks] == ["P1", "P2"]
@@ -204,15 +233,19 @@ def test_the_plan_given_again_adds_nothing_and_loses_nothing(place):
     assert actions.count("plan") == actions.count("workpiece") == 1
     assert actions.count("survey") == 2
     again.session.close()
-    more = Bench(place, CapturePlan(poses=0, passes=4))
-    assert [item.key for item in more.engine.items] == ["P1", "P2", "P3", "P4"]
-    assert len(more.session.state.marks) == 2
-    more.session.close()
+    identity = Identity(again.ribbon.ribbon, "1.0")
+    session, wider = open_capture(place, identity, None, {"passes": 4})
+    with session:
+        assert (wider.poses, wider.passes, wider.ties) == (0, 4, 0)
+        assert len(session.state.marks) == 2
+    session, same = open_capture(place, identity, None)
+    with session:
+        assert same.passes == 4
 
 
 def test_nothing_to_undo_is_said(place):
     bench = Bench(place, CapturePlan(poses=0, passes=2))
-    with pytest.raises(SettingsError, match="nothing to redo"):
+    with pytest.raises(SettingsError, match="nothing can be redone"):
         bench.engine.redo()
     bench.session.close()
 
@@ -234,15 +267,15 @@ def test_further_passes_and_unknown_names(laying):
 def test_the_survey_is_checked_and_kept(laying):
     engine = laying.engine
     mark = {"pass": "P1", "at": 0.0, "position": [0.0, 0.1, 0.2], "sigma": 0.001}
-    engine.survey("mark", mark)
+    engine.survey.add("mark", mark)
     with pytest.raises(SettingsError, match="at is 9"):
-        engine.survey("mark", mark | {"at": 9.0})
+        engine.survey.add("mark", mark | {"at": 9.0})
     with pytest.raises(SettingsError, match="P9"):
-        engine.survey("mark", mark | {"pass": "P9"})
+        engine.survey.add("mark", mark | {"pass": "P9"})
     assert len(laying.session.state.marks) == 1
     with pytest.raises(SettingsError, match="mark number 2"):
-        engine.forget("mark", 2)
-    engine.forget("mark", 1)
+        engine.survey.remove("mark", 2)
+    engine.survey.remove("mark", 1)
     assert laying.session.state.marks == ()
     engine.undo()
     assert len(laying.session.state.marks) == 1
@@ -294,7 +327,7 @@ def test_another_ribbon_is_refused_with_both_told(laying, place):
     laying.session.close()
     mine = laying.ribbon.ribbon
     other = Ribbon("GR-0099", mine.length, mine.rate, mine.sensors)
-    with pytest.raises(SessionError, match=r"GR-0001.*GR-0099"):
+    with pytest.raises(SessionError, match=r"GR-0099.*GR-0001"):
         open_capture(place, Identity(other, "1.0"), None)
     fewer = Ribbon(mine.id, mine.length, mine.rate, mine.sensors[:-1])
     with pytest.raises(SessionError, match="other sensors"):
@@ -328,8 +361,15 @@ def test_what_cannot_be_written_is_held_and_goes_to_another_place(laying, place,
     assert laying.taken() == ["P1"]
     assert "held" in laying.kinds()
     assert [item.status for item in laying.engine.items[:2]] == ["taken", "taken"]
+    told = [one.message for one in laying.told if one.kind == "held" and one.subject is None]
+    assert len(told) == len(set(told)), "one sentence for one fault"
+    laying.engine.note("in the meantime")
+    assert "in memory only" in laying.last("noted").message
+    laying.engine.undo()
+    assert laying.last("undone").message.startswith("undone: the note")
     other = tmp_path / "other.georibbon"
     laying.engine.save_to(other)
+    assert laying.kinds()[-1] == "saved"
     laying.session.close()
     with Session.open(other, read_only=True) as session:
         names = [one.name for one in session.recording(complete=False).passes]

@@ -10,43 +10,29 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeVar
 
 from georibbon.calibration import calibrate, check_fits, to_dict
 from georibbon.calibration.gates import LEAST_POSES
 from georibbon.calibration.model import Calibration
 from georibbon.capture.checklist import Item, checklist, next_open
 from georibbon.capture.judging import LEAST_SECONDS, Refusal, judge_pass, judge_pose
+from georibbon.capture.ledger import Happening, Kind, Ledger
 from georibbon.capture.live import LiveCurve, LiveFit
-from georibbon.capture.plan import CapturePlan, PlannedPass, PlannedPose, check_survey
+from georibbon.capture.plan import CapturePlan, PlannedPass, PlannedPose
 from georibbon.capture.start import write_ribbon
+from georibbon.capture.surveying import SurveyDesk
 from georibbon.capture.verdict import quality_words, verdict_on
 from georibbon.device.frames import Frame, readings_of
 from georibbon.device.stillness import MOST_SPREAD, Stillness, StillnessMonitor
-from georibbon.errors import CalibrationError, FitError, SessionError, SettingsError, StorageError
+from georibbon.errors import FitError, GeoribbonError, SessionError, SettingsError
 from georibbon.recording import PassKind
 from georibbon.session.fields import MAX_NAME
-from georibbon.session.outline import survey_tables
 from georibbon.session.session import Session
-from georibbon.session.words import counted, nearest, told
+from georibbon.session.words import nearest, told
 from georibbon.stillness import StillMeans, still_means
 from georibbon.threads import one_thread
 
-T = TypeVar("T")
-Kind = Literal[
-    "chosen", "taken", "refused", "skipped", "removed", "undone", "redone", "noted", "survey",
-    "quality", "calibrated", "held", "saved", "link", "complete",
-]  # fmt: skip
 SHOWN_FRAMES = 5  # averaged for the live curve while the ribbon moves
-
-
-@dataclass(frozen=True)
-class Happening:
-    """Something that an observer is told: its kind, what it is about, the sentence for a person."""
-
-    kind: Kind
-    subject: str | None
-    message: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +59,8 @@ class Engine:
             raise SessionError(f"{session.path}: the session names no ribbon; begin a new one")
         self.session, self.ribbon, self.plan, self.auto = session, ribbon, plan, auto
         self.calibration: Calibration | None = None
-        self._observers: list[Callable[[Happening], None]] = []
+        self._ledger = Ledger(session)
+        self.survey = SurveyDesk(self._ledger, ribbon, self._names)
         self._recent: deque[Frame] = deque(maxlen=SHOWN_FRAMES)
         self._stillness: Stillness | None = None
         self._extra: dict[str, PlannedPass] = {}
@@ -99,7 +86,7 @@ class Engine:
 
     def observe(self, callback: Callable[[Happening], None]) -> None:
         """Have every happening told to a callback, on the owner's thread."""
-        self._observers.append(callback)
+        self._ledger.observe(callback)
 
     def refresh(self) -> Live:
         """Stillness and the live curve of the newest frames: for every displayed frame."""
@@ -122,6 +109,7 @@ class Engine:
         """The next frames; may take what is asked for by itself."""
         if not frames:
             return
+        self._ledger.look()
         self._recent.extend(frames)
         self._stillness = self._monitor.feed(frames)
         # Only a motion that was seen: after a gap nobody knows, and the pass may be the last one.
@@ -148,8 +136,8 @@ class Engine:
         """
         if entry["state"] != "streaming":
             self.interrupted()
-        self._write(lambda: self.session.do("link", **entry))
-        self._tell("link", None, f"{entry['state']}: {entry['reason']}")
+        self._ledger.write(lambda: self.session.do("link", **entry))
+        self._ledger.tell("link", None, f"{entry['state']}: {entry['reason']}")
 
     # -- verbs --------------------------------------------------------------------------
 
@@ -186,7 +174,7 @@ class Engine:
         refusal = self._refusal(item)
         if refusal is not None and not (force and refusal.forcible):
             self._told = refusal
-            self._tell("refused", None if item is None else item.key, refusal.message)
+            self._ledger.tell("refused", None if item is None else item.key, refusal.message)
             return refusal
         if item is not None:
             self._keep(item)
@@ -197,10 +185,12 @@ class Engine:
         item = self.current
         if item is None:
             raise SettingsError("nothing is asked for; there is nothing to skip")
+        words = f"{item.key} stays as it was taken"
         if item.status != "taken":
             what = {"pose": item.key} if item.is_pose else {"pass": item.key}
-            self._write(lambda: self.session.do("skip", **what))
-        self._tell("skipped", item.key, f"{item.key} is left out")
+            self._ledger.write(lambda: self.session.do("skip", **what))
+            words = f"{item.key} is left out"
+        self._ledger.tell("skipped", item.key, words)
         self._advance(item)
 
     def remove(self, key: str) -> None:
@@ -209,53 +199,22 @@ class Engine:
         if item is None or item.status != "taken":
             raise SettingsError(f"{key} was not taken; there is nothing to remove")
         what = {"pose": key} if item.is_pose else {"pass": key}
-        self._write(lambda: self.session.do("remove", **what))
-        self._tell("removed", key, f"{key} is removed; undo brings it back")
+        self._ledger.write(lambda: self.session.do("remove", **what))
+        self._ledger.tell("removed", key, f"{key} is removed; undo brings it back")
         self._current = self._current or key
 
     def undo(self) -> None:
         """Take back the last change."""
-        self._back("undone", self.session.undo, "there is nothing to undo")
+        self._back("undone", self.session.state.undoable, self.session.undo)
 
     def redo(self) -> None:
         """Do again what was taken back last."""
-        self._back("redone", self.session.redo, "there is nothing to redo")
+        self._back("redone", self.session.state.redoable, self.session.redo)
 
     def note(self, text: str) -> None:
         """A note of the operator's; the session keeps its time."""
-        self._write(lambda: self.session.do("note", text=text))
-        self._tell("noted", None, f"noted: {text}")
-
-    def survey(self, table: str, entry: Mapping[str, object]) -> None:
-        """Add a mark, distance or crossing, given as in a recording.
-
-        Raises SettingsError for what cannot be meant on this ribbon.
-        """
-        tables = self.survey_tables()
-        tables[table].append(dict(entry))
-        self._change_survey(tables, f"{table} noted")
-
-    def forget(self, table: str, number: int) -> None:
-        """Take the mark, distance or crossing with a number, from 1, out of the survey."""
-        tables = self.survey_tables()
-        if not 1 <= number <= len(tables[table]):
-            raise SettingsError(
-                f"there is no {table} number {number}; the survey has {len(tables[table])}"
-            )
-        del tables[table][number - 1]
-        self._change_survey(tables, f"{table} {number} is taken out")
-
-    def survey_tables(self) -> dict[str, list[dict[str, object]]]:
-        """The survey as in a recording: lists of marks, distances and crossings."""
-        state = self.session.state
-        return survey_tables(state.marks, state.distances, state.crossings)
-
-    def _change_survey(self, tables: dict[str, list[dict[str, object]]], words: str) -> None:
-        names = [item.key for item in self.items if not item.is_pose]
-        check_survey(tables, self.ribbon, names, "the survey")
-        self._write(lambda: self.session.do("survey", **tables))
-        count = sum(map(len, tables.values()))
-        self._tell("survey", None, f"{words}; the survey has {counted(count, 'entry', 'entries')}")
+        self._ledger.write(lambda: self.session.do("note", text=text))
+        self._ledger.tell("noted", None, f"noted: {text}")
 
     def use_calibration(self, calibration: Calibration) -> None:
         """Use a calibration that was made before, in place of the poses."""
@@ -273,39 +232,30 @@ class Engine:
     def save_to(self, path: Path) -> None:
         """Continue the session in another place, with everything that is held in memory."""
         self.session.move_to(path)
-        self._tell("saved", None, f"everything is safe in {self.session.path}")
+        self._ledger.look()
 
     def save_again(self) -> None:
-        """Try once more to write what is held in memory."""
+        """Try once more to write what is held in memory; StorageError where it still cannot be."""
         self.session.retry()
-        self._tell("saved", None, f"everything is safe in {self.session.path}")
+        self._ledger.look()
 
     # -- inside -------------------------------------------------------------------------
-
-    def _tell(self, kind: Kind, subject: str | None, message: str) -> None:
-        for callback in tuple(self._observers):
-            callback(Happening(kind, subject, message))
 
     def _tell_current(self, again: str = "") -> None:
         item = self.current
         if item is None:
-            self._tell("complete", None, "everything that was planned is taken")
+            self._ledger.tell("complete", None, "everything that was planned is taken")
         else:
-            self._tell("chosen", item.key, f"{again}{item.key}: {item.words}")
+            self._ledger.tell("chosen", item.key, f"{again}{item.key}: {item.words}")
+
+    def _names(self) -> list[str]:
+        return [item.key for item in self.items if not item.is_pose]
 
     def _item(self, key: str) -> Item | None:
         return next((item for item in self.items if item.key == key), None)
 
     def _next(self, after: str | None, poses: bool) -> str | None:
         return next_open(self.items, after, poses)
-
-    def _write(self, change: Callable[[], T]) -> T | None:
-        """A change of the session; where it cannot be written it is held, and that is told."""
-        try:
-            return change()
-        except StorageError as error:
-            self._tell("held", None, str(error))
-            return None
 
     def _take_by_itself(self) -> None:
         """Take what lies still; a refusal is told once for each time that it is laid down."""
@@ -359,18 +309,18 @@ class Engine:
         if readings is None:
             return
         if isinstance(what, PlannedPose):
-            kept = self._write(
+            kept = self._ledger.write(
                 lambda: self.session.add_pose(
                     what.key, what.name, what.roll, what.heading, what.pitch, what.table, readings
                 )
             )
         else:
-            kept = self._write(lambda: self.session.add_pass(what.name, what.kind, readings))
+            kept = self._ledger.write(lambda: self.session.add_pass(what.name, what.kind, readings))
         self._lifted = self._armed = False
         if kept is None:
-            self._tell("held", item.key, f"{item.key} is in memory only, not on disk yet")
+            self._ledger.tell("held", item.key, f"{item.key} is in memory only, not on disk yet")
         else:
-            self._tell("taken", item.key, self._taken_words(item, readings.t.size))
+            self._ledger.tell("taken", item.key, self._taken_words(item, readings.t.size))
         if item.is_pose:
             self._look_at_poses()
         self._advance(item)
@@ -390,11 +340,11 @@ class Engine:
             return
         try:
             calibration = self._calibrated()
-        except CalibrationError as error:
-            self._tell("quality", None, f"not calibrated yet: {error}")
+        except GeoribbonError as error:
+            self._ledger.tell("quality", None, f"not calibrated yet: {error}")
             return
         if left:
-            self._tell("quality", None, f"so far {quality_words(calibration)}")
+            self._ledger.tell("quality", None, f"so far {quality_words(calibration)}")
         else:
             self._adopt(calibration, quality_words(calibration))
 
@@ -405,12 +355,12 @@ class Engine:
 
     def _adopt(self, calibration: Calibration, words: str) -> None:
         document = to_dict(calibration)
-        self._write(lambda: self.session.do("calibration", document=document))
+        self._ledger.write(lambda: self.session.do("calibration", document=document))
         # Once more, pages away from the first: without any copy no frame could be salvaged.
         firmware = self.session.state.firmware
-        self._write(lambda: write_ribbon(self.session, self.ribbon, firmware))
+        self._ledger.write(lambda: write_ribbon(self.session, self.ribbon, firmware))
         self._renew(calibration)
-        self._tell("calibrated", None, words)
+        self._ledger.tell("calibrated", None, words)
 
     def _renew(self, calibration: Calibration | None) -> None:
         """Everything that depends on the calibration, anew."""
@@ -435,15 +385,15 @@ class Engine:
         self._current = following
         self._tell_current()
 
-    def _back(self, kind: Kind, step: Callable[[], str | None], nothing: str) -> None:
-        before = {item.key for item in self.items if item.status == "open"}
-        what = self._write(step)
+    def _back(self, kind: Kind, what: str | None, step: Callable[[], object]) -> None:
         if what is None:
-            raise SettingsError(nothing)
+            raise SettingsError(f"nothing can be {kind}")
+        before = {item.key for item in self.items if item.status == "open"}
+        self._ledger.write(step)
         calibration = self._known_calibration()
         if calibration is not self.calibration:
             self._renew(calibration)
-        self._tell(kind, None, f"{kind}: {what}")
+        self._ledger.tell(kind, None, f"{kind}: {what}")
         opened = [i.key for i in self.items if i.status == "open" and i.key not in before]
         item = self.current
         if opened:

@@ -16,7 +16,7 @@ recording, all of them optional.
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from georibbon.calibration.labels import describe
@@ -93,6 +93,15 @@ class CapturePlan:
         for what, count in (("passes", self.passes), ("ties", self.ties)):
             if not 0 <= count <= MOST_PLANNED:
                 raise SettingsError(f"{count} {what} are planned; plan 0 to {MOST_PLANNED}")
+
+    def with_counts(self, counts: Mapping[str, int]) -> "CapturePlan":
+        """The plan with other numbers of "poses", "passes" or "ties"."""
+        return replace(
+            self,
+            poses=counts.get("poses", self.poses),
+            passes=counts.get("passes", self.passes),
+            ties=counts.get("ties", self.ties),
+        )
 
     @property
     def planned_poses(self) -> tuple[PlannedPose, ...]:

@@ -1,33 +1,39 @@
 """Where a capture begins: a new session with its plan, or one to go on with."""
 
-from dataclasses import asdict, replace
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import cast
 
-from georibbon.capture.plan import CapturePlan, check_survey
-from georibbon.device.identity import Identity
-from georibbon.errors import SessionError
+from georibbon.capture.plan import DEFAULT_POSES, CapturePlan, check_survey
+from georibbon.device.identity import Identity, check_same
+from georibbon.errors import DeviceError, SessionError
 from georibbon.ribbon import Ribbon
 from georibbon.session.files import kind_of
 from georibbon.session.outline import ribbon_table, survey_tables
 from georibbon.session.session import Session
-from georibbon.session.state import SessionPlan
+from georibbon.session.state import SessionPlan, SessionState
 
 
 def open_capture(
-    path: Path, identity: Identity, plan: CapturePlan | None
+    path: Path,
+    identity: Identity,
+    plan: CapturePlan | None = None,
+    counts: Mapping[str, int] | None = None,
 ) -> tuple[Session, CapturePlan]:
     """The session at a path, new or to go on with, and what is planned in it.
 
-    plan: None for the session's own, or the usual one where it is new.  Raises
-    SessionError where the session is of another ribbon or can only be read, and
-    SettingsError where the plan's survey cannot be meant on this ribbon.
+    plan: None for the session's own, or the usual one where it is new.  counts:
+    of poses, passes or ties, in place of the plan's.  Raises SessionError where
+    the session is of another ribbon or can only be read, and SettingsError where
+    the plan cannot be meant on this ribbon.
     """
     if kind_of(path) == "nothing":
-        return _new(path, identity, plan or CapturePlan())
+        usual = CapturePlan() if plan is None else plan
+        return _new(path, identity, usual.with_counts(counts or {}))
     session = Session.open(path)
     try:
-        return session, _again(session, identity, plan)
+        return session, _again(session, identity, plan, counts or {})
     except BaseException:
         session.close()
         raise
@@ -45,37 +51,29 @@ def _new(path: Path, identity: Identity, plan: CapturePlan) -> tuple[Session, Ca
     return session, plan
 
 
-def _again(session: Session, identity: Identity, plan: CapturePlan | None) -> CapturePlan:
+def _again(
+    session: Session, identity: Identity, plan: CapturePlan | None, counts: Mapping[str, int]
+) -> CapturePlan:
     if session.read_only:
         why = "; ".join(session.warnings) or "it can only be read"
         raise SessionError(f"{session.path}: the capture cannot go on: {why}")
-    state, ribbon = session.state, identity.ribbon
-    if state.ribbon is not None:
-        require_ribbon(state.ribbon, ribbon, session.path.name)
+    try:
+        check_same(identity.ribbon, session.state.ribbon)
+    except DeviceError as error:
+        raise SessionError(f"{session.path}: {error}") from error
+    plan = (_planned(session.state) if plan is None else plan).with_counts(counts)
+    _check(plan, identity.ribbon)
     # Its rate may have changed since; and without any copy of this no frame can be salvaged.
     write_ribbon(session, identity.ribbon, identity.firmware)
-    if plan is not None:
-        _check(plan, ribbon)
-        _write_plan(session, plan)
-        return plan
+    _write_plan(session, plan)
+    return plan
+
+
+def _planned(state: SessionState) -> CapturePlan:
+    """What the session says is planned; nothing more where it was not captured by a plan."""
     if state.plan is None:
-        return CapturePlan(poses=0 if state.poses else CapturePlan().poses, passes=0)
-    return CapturePlan(state.plan.poses, state.plan.passes, state.plan.ties, state.title)
-
-
-def require_ribbon(expected: Ribbon, found: Ribbon, name: str) -> None:
-    """Raise SessionError where the ribbon that answers is not the session's."""
-    if found.id != expected.id:
-        raise SessionError(
-            f"{name} is a session of ribbon {expected.id}, and {found.id} answers; connect "
-            f"{expected.id}, or begin a new session"
-        )
-    # The rate may be changed at will; what the columns mean may not.
-    if replace(found, rate=expected.rate) != expected:
-        raise SessionError(
-            f"{name} is a session of ribbon {expected.id} with other sensors than it has now; "
-            "begin a new session"
-        )
+        return CapturePlan(poses=0 if state.poses else DEFAULT_POSES, passes=0)
+    return CapturePlan(**asdict(state.plan), title=state.title)
 
 
 def _check(plan: CapturePlan, ribbon: Ribbon) -> None:

@@ -62,3 +62,26 @@ def pair(text: str, what: str) -> tuple[str, str]:
     if not sign or not name:
         raise argparse.ArgumentTypeError(f"{text!r} found, {what} expected")
     return name, value
+
+
+def add_link_options(parser: Parser) -> None:
+    """The words that say which ribbon, and how to speak with it."""
+    parser.add_argument(
+        "url", metavar="URL", help="the ribbon's port: /dev/tty…, COM… or socket://HOST:PORT"
+    )
+    parser.add_argument(
+        "--rate", metavar="HZ", type=_at_least(0.0, False, "a number above 0"),
+        help="ask the ribbon for so many frames a second",
+    )  # fmt: skip
+    parser.add_argument(
+        "--baud", metavar="N", type=_baud, default=921600,
+        help="the port's speed (default %(default)s)",
+    )  # fmt: skip
+    parser.add_argument("--id", metavar="RIBBON", help="refuse any other ribbon than this one")
+
+
+def _baud(text: str) -> int:
+    value = whole(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"{text} found, a whole number above 0 expected")
+    return value

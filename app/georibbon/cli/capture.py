@@ -1,11 +1,10 @@
 """``georibbon capture``: a whole capture from the terminal, guided step by step."""
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from georibbon.cli.arguments import Parser, number, whole
+from georibbon.cli.arguments import Parser, add_link_options, whole
 from georibbon.export.files import require_ending
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ IDENTITY_SECONDS = 15.0
 def configure(_name: str, parser: Parser) -> None:
     """Describe the command and its arguments."""
     parser.teach(DESCRIPTION, EPILOG)
-    parser.add_argument("url", metavar="URL", help="/dev/tty..., COM..., or socket://HOST:PORT")
+    add_link_options(parser)
     parser.add_argument(
         "-o", "--output", metavar="S.georibbon", type=Path, required=True,
         help="the session file, new or to go on with",
@@ -86,26 +85,27 @@ def configure(_name: str, parser: Parser) -> None:
     parser.add_argument(
         "--keep-all", action="store_true", help="keep the frames between poses and passes too"
     )
-    parser.add_argument("--rate", metavar="HZ", type=number, help="frames a second to ask for")
-    parser.add_argument("--baud", metavar="N", type=whole, default=921600, help="default 921600")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Connect, open the session, talk until it ends."""
     from georibbon.capture.link_diary import LinkDiary
+    from georibbon.capture.plan import CapturePlan, read_plan
     from georibbon.capture.start import open_capture
     from georibbon.device.link import Link
     from georibbon.session.calibration_file import read_calibration
 
     require_ending(arguments.output, (".georibbon",), "a session")
-    plan = _plan(arguments)
+    plan = None if arguments.plan is None else read_plan(arguments.plan)
+    counts = _counts(arguments)
+    (plan or CapturePlan()).with_counts(counts)  # refused before anything is opened
     given = None if arguments.calibration is None else read_calibration(arguments.calibration)
-    link = Link(arguments.url, rate=arguments.rate, baudrate=arguments.baud)
+    link = Link(arguments.url, rate=arguments.rate, ribbon_id=arguments.id, baudrate=arguments.baud)
     diary, tap = LinkDiary(link), link.recorder()
     with link:
         identity = link.wait_for_identity(IDENTITY_SECONDS)
-        session, plan = open_capture(arguments.output, identity, plan)
+        session, plan = open_capture(arguments.output, identity, plan, counts)
         with session:
             _talk(tap, diary, session, plan, given, arguments)
 
@@ -133,16 +133,11 @@ def _talk(
     print(summary(engine, session))
 
 
-def _plan(arguments: argparse.Namespace) -> "CapturePlan | None":
-    """The plan that was asked for; None where nothing was said of it."""
-    from georibbon.capture.plan import CapturePlan, read_plan
-
+def _counts(arguments: argparse.Namespace) -> dict[str, int]:
+    """The numbers of poses, passes and ties that were given."""
     names = ("poses", "passes", "ties")
-    given = {
-        name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None
-    }
-    if arguments.calibration is not None:
-        given.setdefault("poses", 0)
-    if arguments.plan is not None:
-        return dataclasses.replace(read_plan(arguments.plan), **given)
-    return CapturePlan(**given) if given else None
+    given = {name: getattr(arguments, name) for name in names}
+    # With a calibration that is there already, a new session needs no poses.
+    if arguments.calibration is not None and not arguments.output.exists():
+        given["poses"] = given["poses"] or 0
+    return {name: count for name, count in given.items() if count is not None}

@@ -4,13 +4,16 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from georibbon.capture.engine import Engine, Happening, Live
+from georibbon.capture.engine import Engine, Live
+from georibbon.capture.ledger import Happening
 from georibbon.capture.verdict import curve_words
 from georibbon.cli.keyboard import Words
+from georibbon.cli.outputs import signals_held
 from georibbon.cli.verbs import obey
 from georibbon.errors import GeoribbonError, StorageError
 from georibbon.session.words import counted
@@ -43,14 +46,18 @@ class Dialogue:
         """Talk until the person quits, or all is done and no more words can come."""
         self._engine.observe(lambda happening: self._line.say(_words_of(happening)))
         self._words.start()
+        told = ""
         try:
             self._loop(keep_all)
         except KeyboardInterrupt:
-            self._line.say("interrupted; the session is closed")
+            told = "interrupted"
         finally:
+            # First of all: the terminal may be gone, and then nothing can be said any more.
+            with signals_held():
+                told = self._rescued() or told
             self._words.stop()
-            self._line.clear()
-            self._rescue()
+            with suppress(OSError):
+                self._line.say(told)
 
     def _loop(self, keep_all: bool) -> None:
         """Frames, changes of the link and words, as they come; a glance at all on every tick."""
@@ -58,15 +65,16 @@ class Dialogue:
         between = self._session.stream(self._engine.ribbon.rate) if keep_all else None
         while not self._quit:
             tap.wait(TICK)
+            ended, closed = self._words.ended, tap.closed  # before what came until then is taken
             frames = tap.take()
             if between is not None:
                 between.append(frames)
-            self._engine.feed(frames)
+            self._try(lambda: self._engine.feed(frames))  # noqa: B023 (called at once)
             for entry in self._diary.take():
-                self._engine.link_news(entry)
+                self._try(lambda: self._engine.link_news(entry))  # noqa: B023 (called at once)
             for line in self._words.take():
                 self._hear(line)
-            if self._words.ended and self._engine.current is None:
+            if closed or (ended and self._engine.current is None):
                 return
             if self._line.due():
                 glance = _glance(self._engine, self._engine.refresh())
@@ -81,10 +89,14 @@ class Dialogue:
         elif verb in ("help", "?"):
             self._line.say(HELP)
         else:
-            try:
-                obey(self._engine, line)
-            except GeoribbonError as error:
-                self._line.say(f"not done: {error}")
+            self._try(lambda: obey(self._engine, line))
+
+    def _try(self, what: Callable[[], object]) -> None:
+        """Do it; a fault that a person can mend ends nothing."""
+        try:
+            what()
+        except GeoribbonError as error:
+            self._line.say(f"not done: {error}")
 
     def _end(self) -> None:
         """Quit, unless something would be lost by it."""
@@ -96,17 +108,18 @@ class Dialogue:
         else:
             self._quit = True
 
-    def _rescue(self) -> None:
-        """What is held in memory goes somewhere before the program ends."""
+    def _rescued(self) -> str:
+        """Bring what is held in memory to some place before the program ends; what to say of it."""
         if not self._session.held:
-            return
+            return ""
         try:
             self._session.retry()
         except StorageError:
             stem = self._session.path.stem
             place = Path(tempfile.mkdtemp(prefix="georibbon-rescued-")) / f"{stem}.georibbon"
             self._session.move_to(place)
-            self._line.say(f"what could not be written in its place is safe in {place}")
+            return f"what could not be written in its place is safe in {place}"
+        return ""
 
 
 class StatusLine:
@@ -139,9 +152,10 @@ class StatusLine:
             sys.stdout.write("\r")
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """A line that stays; without words only the live line goes."""
         self.clear()
-        print(text, flush=True)
+        if text:
+            print(text, flush=True)
 
 
 def status(engine: Engine) -> str:
@@ -153,7 +167,7 @@ def status(engine: Engine) -> str:
         f"[{marks[item.status]}] {item.key}: {item.words}"
         for item in engine.items
     ]
-    for table, entries in engine.survey_tables().items():
+    for table, entries in engine.survey.tables().items():
         lines += [f"  {table} {i}: {_entry(entry)}" for i, entry in enumerate(entries, start=1)]
     return "\n".join(lines)
 
@@ -168,7 +182,7 @@ def summary(engine: Engine, session: "Session") -> str:
         f"{counted(len(taken) - poses, 'pass or tie', 'passes and ties')}"
     )
     if left:
-        return f"{text}; {left} still open: the same command goes on with them"
+        return f"{text}; {left} still open: capture with -o {session.path} goes on with them"
     return f"{text}; next: georibbon reconstruct {session.path} --report report.html"
 
 

@@ -7,9 +7,11 @@ take: the space bar, Return or Page Down (which foot pedals send).
 
 import os
 import queue
+import re
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from types import ModuleType
 
 try:
@@ -35,7 +37,7 @@ class Words:
     def __init__(self) -> None:
         self.ended = self.on_keys = False
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._rest = b""
+        self._rest = self._escape = b""
         self._restore: Callable[[], None] | None = None
 
     @property
@@ -60,7 +62,8 @@ class Words:
     def stop(self) -> None:
         """Give the terminal back as it was."""
         if self._restore is not None:
-            self._restore()
+            with suppress(OSError, termios.error):  # a terminal that is gone needs nothing back
+                self._restore()
             self._restore = None
 
     def take(self) -> list[str]:
@@ -72,7 +75,11 @@ class Words:
 
     def feed(self, data: bytes) -> None:
         """Bytes of the input, as they came."""
-        for key in keys_of(data) if self.on_keys else (data,):
+        if not self.on_keys:
+            self._key(data)
+            return
+        keys, self._escape = keys_of(self._escape + data)
+        for key in keys:
             self._key(key)
 
     def _listen(self, descriptor: int) -> None:
@@ -83,7 +90,7 @@ class Words:
             except OSError:
                 data = b""
             self.feed(data)
-        if self._rest:
+        if self._rest and not self.on_keys:
             self._end_line()
         self.ended = True
 
@@ -109,8 +116,8 @@ class Words:
             self._rest = self._rest.decode(errors="ignore")[:-1].encode()
         elif key == _CLEAR:
             self._rest = b""
-        elif key == _END:
-            self.ended = True
+        elif key == _END and not self._rest:
+            self._lines.put("quit")
         return key in _ERASE or key in (_CLEAR, _END)
 
     def _end_line(self) -> None:
@@ -118,20 +125,26 @@ class Words:
         self._rest = b""
 
 
-def keys_of(data: bytes) -> list[bytes]:
-    """The bytes key by key: an escape sequence such as Page Down's is one."""
+_KEY = re.compile(rb"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO[ -~]|[^\x1b]|\x1b(?![\[O])", re.DOTALL)
+_LONGEST_ESCAPE = 32
+
+
+def keys_of(data: bytes) -> tuple[list[bytes], bytes]:
+    """The bytes key by key, and an escape sequence at their end that is not whole yet.
+
+    An escape sequence, such as Page Down's, is one key.
+    """
     keys: list[bytes] = []
     at = 0
     while at < len(data):
-        end = at + 1
-        if data[at] == 0x1B and data[end : end + 1] == b"[":
-            end += 1
-            while end < len(data) and not 0x40 <= data[end] <= 0x7E:
-                end += 1
-            end += 1
-        keys.append(data[at:end])
-        at = end
-    return keys
+        found = _KEY.match(data, at)
+        if found is None or (found.group() == b"\x1b" and found.end() == len(data)):
+            if len(data) - at <= _LONGEST_ESCAPE:
+                return keys, data[at:]
+            found = None
+        keys.append(found.group() if found else data[at : at + 1])
+        at += len(keys[-1])
+    return keys, b""
 
 
 def key_by_key(terminal: ModuleType, descriptor: int) -> Callable[[], None]:

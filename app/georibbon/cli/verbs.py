@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 MARK_SIGMA = DISTANCE_SIGMA = 0.0005
 CROSSING_SIGMA = 0.001
 TABLES = ("mark", "distance", "crossing")
+OWN = ("status", "help", "?", "quit", "exit")  # words that the dialogue answers by itself
 
 
 def obey(engine: "Engine", line: str) -> None:
@@ -22,16 +23,14 @@ def obey(engine: "Engine", line: str) -> None:
     if verb in TEXTS:
         TEXTS[verb](engine, rest)
         return
+    if verb not in VERBS:
+        engine.choose(line.strip())
+        return
     try:
         words = shlex.split(rest)
     except ValueError as error:
         raise SettingsError(f"{line.strip()!r} cannot be read: a quotation mark is open") from error
-    if verb in VERBS:
-        VERBS[verb](engine, words)
-    elif words:
-        raise SettingsError(f"the word {verb!r} is not known; type help")
-    else:
-        engine.choose(verb)
+    VERBS[verb](engine, words)
 
 
 def _none(words: Sequence[str], verb: str) -> None:
@@ -73,6 +72,8 @@ def _one(words: Sequence[str], verb: str) -> str:
 def _add(engine: "Engine", words: list[str]) -> None:
     if len(words) not in (1, 2) or words[1:] not in ([], ["tie"], ["pass"]):
         raise SettingsError("add takes a name, and tie where it is one: add P6, add T3 tie")
+    if words[0] in (*VERBS, *TEXTS, *OWN):
+        raise SettingsError(f"{words[0]!r} is a word with a meaning of its own; give another name")
     engine.add(words[0], "tie" if words[1:] == ["tie"] else "pass")
 
 
@@ -84,7 +85,7 @@ def _mark(engine: "Engine", words: list[str]) -> None:
     if len(words) not in (5, 6):
         raise SettingsError("mark takes PASS AT X Y Z [SIGMA], lengths in metres")
     at, x, y, z, sigma = _numbers([*words[1:], *[str(MARK_SIGMA)][len(words) - 5 :]])
-    engine.survey("mark", {"pass": words[0], "at": at, "position": [x, y, z], "sigma": sigma})
+    engine.survey.add("mark", {"pass": words[0], "at": at, "position": [x, y, z], "sigma": sigma})
 
 
 def _distance(engine: "Engine", words: list[str]) -> None:
@@ -94,7 +95,7 @@ def _distance(engine: "Engine", words: list[str]) -> None:
     a, b, distance, sigma = _numbers(given)
     passes = [words[0], words[2]]
     entry = {"passes": passes, "at": [a, b], "distance": distance, "sigma": sigma}
-    engine.survey("distance", entry)
+    engine.survey.add("distance", entry)
 
 
 def _crossing(engine: "Engine", words: list[str]) -> None:
@@ -102,7 +103,7 @@ def _crossing(engine: "Engine", words: list[str]) -> None:
         raise SettingsError("crossing takes PASS AT PASS AT [SIGMA], lengths in metres")
     given = [words[1], words[3], *words[4:], *[str(CROSSING_SIGMA)][len(words) - 4 :]]
     a, b, sigma = _numbers(given)
-    engine.survey("crossing", {"passes": [words[0], words[2]], "at": [a, b], "sigma": sigma})
+    engine.survey.add("crossing", {"passes": [words[0], words[2]], "at": [a, b], "sigma": sigma})
 
 
 def _numbers(words: Sequence[str]) -> list[float]:
@@ -114,7 +115,7 @@ def _forget(engine: "Engine", words: list[str]) -> None:
         raise SettingsError(
             "forget takes mark, distance or crossing, and its number: forget mark 2"
         )
-    engine.forget(words[0], int(words[1][:9]))
+    engine.survey.remove(words[0], int(words[1][:9]))
 
 
 def _auto(engine: "Engine", words: list[str]) -> None:
@@ -130,10 +131,16 @@ def _note(engine: "Engine", text: str) -> None:
 
 
 def _save(engine: "Engine", text: str) -> None:
-    if text:
-        engine.save_to(Path(text).expanduser())
-    else:
+    if not text:
         engine.save_again()
+        return
+    try:
+        place = Path(text).expanduser()
+    except RuntimeError as error:
+        raise SettingsError(f"{text!r} begins with a home folder that is not known") from error
+    if not text.isprintable() or place.suffix.lower() != ".georibbon":
+        raise SettingsError(f"{text!r} is no session's name; give one that ends with .georibbon")
+    engine.save_to(place)
 
 
 VERBS: dict[str, Callable[["Engine", list[str]], None]] = {
