@@ -8,7 +8,9 @@ import subprocess
 import sys
 import time
 import tomllib
+from io import BytesIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import serial
@@ -19,7 +21,8 @@ from georibbon.cli.simulation import GROUPS, default_of
 from georibbon.cli.virtual import ELSEWHERE, virtual_settings
 from georibbon.device.packets import FRAME, PacketReader
 from georibbon.simulation import simulate
-from georibbon.virtual import COMMANDS, VirtualRibbon, VirtualSettings
+from georibbon.virtual import COMMANDS, VirtualRibbon, VirtualSettings, serve_tcp
+from waiting import wait_until
 
 QUICK = ("--sensors=8", "--passes=2", "--length=0.4", "--pace=0")
 MESH = "v -500 -500 0\nv 500 -500 0\nv 500 500 0\nv -500 500 0\nf 1 2 3 4\n"
@@ -172,6 +175,39 @@ def test_played_to_its_end_it_ends(started, tmp_path):
     frames_at(url_of(process), 10)
     out, err = process.communicate(timeout=30)
     assert (process.returncode, out, err) == (0, "", "")
+
+
+@pytest.mark.parametrize("words", [(), ("--play",)])
+@pytest.mark.parametrize("typed", ["", "status\n" * 9])
+def test_a_fault_of_the_program_ends_it(words, typed, capsys, monkeypatch):
+    """Also where it waits for a play to end, which then never would."""
+
+    def served(*_):
+        def stdin():
+            wait_until(lambda: not port.serves)
+            return typed.encode()
+
+        monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=Later(stdin)))
+        port = serve_tcp(*_)
+        return port
+
+    monkeypatch.setattr(VirtualRibbon, "catch_up", lambda _: 1 / 0)
+    monkeypatch.setattr("georibbon.virtual.serve_tcp", served)
+    assert main(["virtual", *QUICK, "--tcp=127.0.0.1:0", *words]) == 1
+    told = capsys.readouterr()
+    assert told.out.count("\n") == 1 + bool(typed)
+    assert "a fault of the program, not of your input: ZeroDivisionError" in told.err
+
+
+class Later:
+    """An input whose bytes are made when the first line is asked for."""
+
+    def __init__(self, made):
+        self._made, self._lines = made, None
+
+    def readline(self, _longest):
+        self._lines = self._lines or BytesIO(self._made())
+        return self._lines.readline()
 
 
 REFUSED = {

@@ -311,3 +311,20 @@ def test_a_host_that_talks_without_end_does_not_keep_the_frames(world):
         finally:
             done.set()
             talker.join()
+
+
+@pytest.mark.parametrize("kind", SERVE)
+def test_a_fault_of_the_program_ends_the_service_and_is_told(world, kind, monkeypatch):
+    port = SERVE[kind](world)
+    assert port.serves
+    monkeypatch.setattr(world, "catch_up", lambda: 1 / 0)
+    world.do("status")  # which wakes it
+    wait_until(lambda: not port.serves)
+    assert not can_be_opened(port.url)
+    with pytest.raises(ZeroDivisionError):
+        port.close()
+    port.close()
+    monkeypatch.undo()
+    with SERVE[kind](world) as port, Host(port.url) as host:
+        host.says(b"identify\n")
+        host.hears(IDENTITY)

@@ -1,5 +1,6 @@
 """The virtual ribbon in its world: it says what `simulate` records, and moves as hands do."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from georibbon.rotations import about_x, about_y, about_z
 from georibbon.simulation import FaultSettings, PoseSettings, simulate
 from georibbon.simulation.capture import error_streams, make_bench
 from georibbon.simulation.virtual import noise_counts
+from georibbon.virtual import VirtualRibbon, VirtualSettings
 from georibbon.virtual.motion import Motion, draw_sway, least_jerk
 from georibbon.virtual.places import Places
 
@@ -287,9 +289,45 @@ def test_a_fault_that_names_nothing_is_refused():
         world_of(replace(SMALL, faults=FaultSettings(magnet=0.1, magnet_on="P9")))
 
 
-def test_the_moment_of_a_frame_is_asked_for_forwards():
+def test_time_goes_on_by_itself_or_as_it_is_told():
     world = world_of()
-    assert world.frame_at(2.5).t == 2.5
+    world.advance(2.5)
     assert [frame.t for frame in world.frames(3)] == pytest.approx([2.51, 2.52, 2.53])
-    with pytest.raises(SettingsError, match="past"):
-        world.frame_at(1.0)
+
+
+def test_who_serves_it_is_woken_when_there_is_something_to_do():
+    world, woken = world_of(), []
+    world.attach(lambda: woken.append(len(woken)))
+    world.do("status")
+    assert woken == [0]
+    world.advance(0.5)
+    assert woken == [0, 1]
+    world.detach()
+    world.advance(0.5)
+    world.do("status")
+    assert woken == [0, 1]
+
+
+def test_it_is_attached_by_one_at_a_time():
+    """Who attaches waits for who uses the ribbon at this moment: the clock is asked in that."""
+    attached = []
+
+    def attach():
+        world.attach(lambda: None)
+        attached.append(True)
+
+    def clock():
+        if beside and not beside[0].ident:
+            beside[0].start()
+            beside[0].join(0.2)  # not a wait: it cannot end before this returns
+            attached.append(False)
+        return 0.0
+
+    beside = []
+    world = VirtualRibbon(VirtualSettings(SMALL), clock=clock)
+    beside.append(threading.Thread(target=attach))
+    world.catch_up()
+    beside[0].join()
+    assert attached == [False, True]
+    with pytest.raises(SettingsError, match="served already"):
+        world.attach(lambda: None)

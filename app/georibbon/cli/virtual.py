@@ -165,9 +165,9 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"ribbon at {served.url}", flush=True)
         for line in _lines():
             print(_answer(world, line), flush=True)
-            if world.ended.is_set():
+            if world.ended.is_set() or not served.serves:
                 return
-        _go_on(world, arguments.play)
+        _go_on(world, served, arguments.play)
 
 
 def _address(text: str) -> tuple[str, int]:
@@ -214,8 +214,10 @@ def _answer(world: "VirtualRibbon", line: str) -> str:
         return f"error: {error}"
 
 
-def _go_on(world: "VirtualRibbon", play: bool) -> None:
-    """Serve on, until everything was played or until interrupted."""
+def _go_on(world: "VirtualRibbon", served: "Port", play: bool) -> None:
+    """Serve on, until everything was played, or until interrupted or a fault ends it."""
     done = world.played if play else world.ended
-    while not done.wait(0.5):  # in turns, so that an interruption is noticed on every system
+    while served.serves and not done.wait(
+        0.5
+    ):  # in turns, so that an interruption is noticed on every system
         continue

@@ -80,22 +80,15 @@ def _lay(hands: Hands, words: list[str], now: float) -> str:
     return _where(hands, now)
 
 
-def _next(hands: Hands, words: list[str], now: float) -> str:
-    _none("next", words)
-    hands.lay_next(now)
-    return _where(hands, now)
+def _moved(name: str, move: Callable[[Hands, float], None]) -> Run:
+    """What carries out a command without words that moves it: the answer is where it is."""
 
+    def run(hands: Hands, words: list[str], now: float) -> str:
+        _none(name, words)
+        move(hands, now)
+        return _where(hands, now)
 
-def _lift(hands: Hands, words: list[str], now: float) -> str:
-    _none("lift", words)
-    hands.lift(now)
-    return _where(hands, now)
-
-
-def _hold(hands: Hands, words: list[str], now: float) -> str:
-    _none("hold", words)
-    hands.hold(now)
-    return _where(hands, now)
+    return run
 
 
 def _pose(hands: Hands, words: list[str], now: float) -> str:
@@ -135,16 +128,15 @@ def _play(hands: Hands, words: list[str], now: float) -> str:
     return f"{poses} poses, then {', '.join(passes)}"
 
 
-def _drop(hands: Hands, words: list[str], _now: float) -> str:
-    share = _number("drop", _one("drop", words), "the share", 0.0, 1.0)
-    hands.wire.cable.drop = share
-    return f"{share:g} of the frames are lost on the cable"
+def _share(name: str, told_as: str) -> Run:
+    """What sets a fault of the cable that is a share of the frames: `Cable` calls it so, too."""
 
+    def run(hands: Hands, words: list[str], _now: float) -> str:
+        share = _number(name, _one(name, words), "the share", 0.0, 1.0)
+        setattr(hands.wire.cable, name, share)
+        return f"{share:g} of the frames are {told_as} on the cable"
 
-def _damage(hands: Hands, words: list[str], _now: float) -> str:
-    share = _number("damage", _one("damage", words), "the share", 0.0, 1.0)
-    hands.wire.cable.damage = share
-    return f"{share:g} of the frames are damaged on the cable"
+    return run
 
 
 def _stall(hands: Hands, words: list[str], now: float) -> str:
@@ -198,7 +190,11 @@ def _magnet(hands: Hands, words: list[str], now: float) -> str:
     length = hands.wire.identity.ribbon.length
     if words[0] == "pass":
         return _passing_magnet(hands, words[1:], length, now)
-    share = _number("magnet", words[0], "the share of the field", 0.0, 10.0)
+    return _lying_magnet(hands, words, length)
+
+
+def _lying_magnet(hands: Hands, words: list[str], length: float) -> str:
+    share = _magnet_share(words[0])
     place, reach = length / 2, REACH
     if len(words) > 1:
         place = _number("magnet", words[1], "the place (m)", 0.0, length)
@@ -211,12 +207,16 @@ def _magnet(hands: Hands, words: list[str], now: float) -> str:
 def _passing_magnet(hands: Hands, words: list[str], length: float, now: float) -> str:
     share, seconds = MAGNET, PASSING
     if words:
-        share = _number("magnet", words[0], "the share of the field", 0.0, 10.0)
+        share = _magnet_share(words[0])
     if len(words) > 1:
         seconds = _number("magnet", words[1], "seconds", 0.1, MOST_SECONDS)
     way = length + 4 * REACH
     hands.body.put(Magnet(share, -2 * REACH, REACH, now, way / seconds, now + seconds))
     return f"a magnet of {share:g} of the field passes within {seconds:g} s"
+
+
+def _magnet_share(word: str) -> float:
+    return _number("magnet", word, "the share of the field", 0.0, 10.0)
 
 
 def _dead(hands: Hands, words: list[str], _now: float) -> str:
@@ -282,9 +282,9 @@ def _quit(hands: Hands, words: list[str], _now: float) -> str:
 
 COMMANDS: dict[str, Command] = {
     "lay": Command("lay NAME", "lay it on a pass or tie, such as P2 or T1", _lay),
-    "next": Command("next", "lay it on the next pass or tie", _next),
-    "lift": Command("lift", "take it up into the hands, which move", _lift),
-    "hold": Command("hold", "keep it still as it is", _hold),
+    "next": Command("next", "lay it on the next pass or tie", _moved("next", Hands.lay_next)),
+    "lift": Command("lift", "take it up into the hands, which move", _moved("lift", Hands.lift)),
+    "hold": Command("hold", "keep it still as it is", _moved("hold", Hands.hold)),
     "pose": Command(
         "pose N | pose ROLL,HEADING,PITCH[,table]",
         "put it into a pose of the plan, or into any, in degrees",
@@ -292,8 +292,12 @@ COMMANDS: dict[str, Command] = {
     ),
     "poses": Command("poses", "all poses of the plan, each held for a while", _poses),
     "play": Command("play", "all poses, then all passes and ties, each held for a while", _play),
-    "drop": Command("drop SHARE", "so many of the frames are lost on the cable, 0 to 1", _drop),
-    "damage": Command("damage SHARE", "so many of the frames are damaged, 0 to 1", _damage),
+    "drop": Command(
+        "drop SHARE", "so many of the frames are lost on the cable, 0 to 1", _share("drop", "lost")
+    ),
+    "damage": Command(
+        "damage SHARE", "so many of the frames are damaged, 0 to 1", _share("damage", "damaged")
+    ),
     "stall": Command("stall [SECONDS]", f"it hangs for a while ({STALL:g} s)", _stall),
     "unplug": Command("unplug [SECONDS]", "the cable is pulled, for a while or for good", _unplug),
     "replug": Command("replug", "the cable is put back", _replug),

@@ -101,15 +101,6 @@ class Places:
         slips = draw_slips(self._bench.settings.poses, 1, self._again)
         return np.asarray(self._bar.attitudes((asked,), slips)[0])
 
-    def _measured(self, rng: np.random.Generator, mesh: bool) -> Survey:
-        survey, strips = self._bench.settings.survey, self._strips
-        tolerance = {"tolerance": MESH_CROSSING} if mesh else {}
-        return (
-            measure_marks(strips, survey, rng),
-            measure_distances(strips, survey, rng),
-            measure_crossings(strips, survey, rng, **tolerance),
-        )
-
     def plan_text(self) -> str:
         """A plan file, TOML, for a capture of all this."""
         simulation = self._bench.settings

@@ -73,7 +73,8 @@ class Line(ABC):
 class Port:
     """A virtual ribbon that is served; a context manager that leaves nothing behind.
 
-    url: where a host finds it.
+    url: where a host finds it.  A fault of the program ends the service (`serves`
+    tells), and `close` raises it.
     """
 
     def __init__(self, world: VirtualRibbon, line: Line) -> None:
@@ -82,6 +83,7 @@ class Port:
         self._open, self._present = True, False
         self._rest = b""
         self._closing = threading.Event()
+        self._failure: Exception | None = None
         self._awake, self._alarm = socket.socketpair()
         try:
             self._awake.setblocking(False)
@@ -103,6 +105,11 @@ class Port:
         """Where a host finds the ribbon: a path, or socket://HOST:PORT."""
         return self._line.url
 
+    @property
+    def serves(self) -> bool:
+        """Whether a host is served still."""
+        return self._thread.is_alive()
+
     def __enter__(self) -> Self:
         """The port itself."""
         return self
@@ -117,7 +124,7 @@ class Port:
         self.close()
 
     def close(self) -> None:
-        """End the service: the host sees the ribbon vanish."""
+        """End the service: the host sees the ribbon vanish.  Raises what ended it before."""
         if self._closing.is_set():
             return
         self._closing.set()
@@ -125,6 +132,8 @@ class Port:
         self._thread.join()
         self._world.detach()
         self._tidy()
+        if self._failure is not None:
+            raise self._failure
 
     def _tidy(self) -> None:
         self._line.remove()
@@ -146,6 +155,8 @@ class Port:
                 due = self._world.catch_up()
                 self._serve_host(self._send)
                 self._sleep(due)
+        except Exception as failure:  # raised again by `close`: nobody else would hear of it
+            self._failure = failure
         finally:
             self._line.close()
 

@@ -132,6 +132,7 @@ class VirtualRibbon:
         """Let so much time go by at once."""
         with self._lock:
             self._ahead += seconds
+        self._wake()
 
     def frames(self, count: int) -> list[Frame]:
         """The next frames at the ribbon's rate, as fast as can be; time goes on by as much.
@@ -151,19 +152,6 @@ class VirtualRibbon:
             self._ahead += count / self.ribbon.rate
             return frames
 
-    def frame_at(self, seconds: float) -> Frame:
-        """The frame of a moment, not before the last; time goes on to it.
-
-        Raises SettingsError for a moment that is past.
-        """
-        with self._lock:
-            now = self._now()
-            if seconds < now:
-                raise SettingsError(f"{seconds:g} s is past; it is {now:g} s by the ribbon's clock")
-            self._ahead += seconds - now
-            self._hands.run(seconds)
-            return Frame(seconds, self._body.counts(np.array([seconds]))[0], seconds)
-
     def run(self, seconds: float) -> bytes:
         """Let time go by; what the ribbon puts on the wire in it, for a host that reads at once."""
         said = bytearray()
@@ -182,14 +170,16 @@ class VirtualRibbon:
 
         Raises SettingsError where a port is attached already.
         """
-        if self._wake is not _nothing:
-            raise SettingsError("this virtual ribbon is served already; close that port first")
-        self._wake = wake
+        with self._lock:
+            if self._wake is not _nothing:
+                raise SettingsError("this virtual ribbon is served already; close that port first")
+            self._wake = wake
 
     def detach(self) -> None:
         """No port any more: no host either."""
-        self._wake = _nothing
-        self.hang_up()
+        with self._lock:
+            self._wake = _nothing
+            self.hang_up()
 
     def catch_up(self) -> float:
         """Do all that is due; the seconds until something is due again (inf: nothing)."""
