@@ -18,6 +18,7 @@ import pytest
 
 from georibbon.capture import recorder
 from georibbon.cli import main, record
+from georibbon.device.link import Link
 from georibbon.session.counts import parse_csv
 from georibbon.session.session import Session
 from georibbon.simulation import RibbonSettings, SimulationSettings
@@ -376,6 +377,34 @@ def test_no_frame_is_no_recording(ribbon, path, here):
     assert not path.exists()
 
 
+def test_a_ribbon_that_never_sends_a_frame(ribbon, path, here, monkeypatch):
+    """With --seconds, nobody needs to be there to end it."""
+    monkeypatch.setattr(recorder, "FIRST", 0.1)
+    ribbon.do("drop 1")
+    assert here.run(ribbon.url, "--seconds=0.2", "-o", path) == 2
+    assert "no frame came" in here.err.said()[-1]
+
+
+@pytest.mark.parametrize("words", [(), ("--seconds=1000",)])
+def test_a_link_that_has_ended_is_not_waited_for(ribbon, path, here, monkeypatch, words):
+    """However it came to that: its taps are closed, and it says why."""
+    links, before = [], Link.recorder
+    monkeypatch.setattr(Link, "recorder", lambda link: links.append(link) or before(link))
+
+    def script():
+        wait_until(lambda: here.last["durable"])
+        links[0].stop()
+        here.over.wait()
+
+    assert here.run(ribbon.url, *words, "-o", path, script=script) == 2
+    frames = parsed(path, ribbon).t.size
+    assert here.err.said()[-1] == (
+        f"georibbon: error: {path}: the link ended before the recording: "
+        f"{links[0].health().reason}; {frames} frames came until then; go on in another file"
+    )
+    assert here.last["durable"] == here.last["frames"] == frames > 0
+
+
 # Sessions.
 
 
@@ -540,6 +569,26 @@ def test_a_file_that_is_removed_is_written_anew(ribbon, path, here):
     found = parsed(path, ribbon)
     assert here.last["durable"] == here.last["frames"] == found.t.size
     assert missing(found) == 0
+
+
+def test_a_file_that_another_program_empties(ribbon, path, here, monkeypatch, tmp_path):
+    """What was in it is lost and told; what comes after is kept, at the end in another place."""
+    monkeypatch.setattr(record, "PATIENCE", 0.1)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+    def script():
+        wait_until(lambda: here.last["durable"])
+        os.truncate(path, 0)
+        wait_until(lambda: "cut the file shorter" in here.words)
+        held = here.last["frames"]
+        wait_until(lambda: here.last["frames"] > held + 20)
+
+    assert here.run(ribbon.url, "-o", path, script=script) == 2
+    place, lost = here.last["path"], here.last["frames"] - here.last["durable"]
+    assert here.err.said()[-1].startswith(f"georibbon: error: {place}: another program cut off")
+    assert f"{lost} frames may be lost" in here.err.said()[-1]
+    assert 20 < here.last["durable"] == parsed(Path(place), ribbon).t.size < here.last["frames"]
+    assert path.read_bytes() == b""
 
 
 def test_nobody_reads_what_is_printed(ribbon, path):

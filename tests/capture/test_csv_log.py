@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from georibbon.capture.csv_log import CsvLog, check_csv_place
+from georibbon.capture.durable_file import DurableFile
 from georibbon.device.frames import LOST, Frame, readings_of
 from georibbon.errors import ExportError, StorageError
 from georibbon.session.counts import parse_csv
@@ -208,6 +209,58 @@ def test_a_file_that_is_taken_away_is_written_anew(log, path, tmp_path, away):
     log.append(frames(1, 7))
     log.sync()
     assert numbers(path) == list(range(8))
+
+
+CUT = [0, 1, 20, -1]
+"""Where another program cuts the file off: bytes from its beginning, or from its end."""
+
+
+@pytest.mark.parametrize("at", CUT)
+def test_a_file_that_is_cut_is_left_alone_and_what_comes_goes_to_a_new_one(log, path, at):
+    log.append(frames(50))
+    log.sync()
+    left = path.read_bytes()[:at]
+    os.truncate(path, len(left))
+    log.append(frames(2, 50))
+    with pytest.raises(StorageError, match="50 frames may be lost"):
+        log.sync()
+    assert (log.frames, log.durable) == (52, 0)
+    with pytest.raises(StorageError, match="File exists"):
+        log.sync()
+    assert path.read_bytes() == left
+    path.unlink()
+    log.append(frames(3, 52))
+    log.sync()
+    assert (log.frames, log.durable, log.gone) == (55, 5, 50)
+    assert numbers(path) == list(range(50, 55))
+    assert parsed(path).t[0] == 0.5
+
+
+@pytest.mark.parametrize("at", CUT)
+def test_what_comes_after_a_cut_can_go_to_another_place(log, path, tmp_path, at):
+    other = tmp_path / "other.csv"
+    log.append(frames(4))
+    log.sync()
+    left = path.read_bytes()[:at]
+    os.truncate(path, len(left))
+    path.unlink()  # and the bytes cannot be had from the file that is open, either
+    log.append(frames(2, 4))
+    log.move_to(other)
+    assert (log.frames, log.durable, log.gone) == (6, 2, 4)
+    assert numbers(other) == [4, 5]
+
+
+def test_a_copy_of_what_is_cut_meanwhile_is_refused(path, tmp_path):
+    file, other = DurableFile(path), tmp_path / "other.csv"
+    file.extend(b"0123456789")
+    assert file.whole()
+    os.truncate(path, 4)
+    assert not file.whole()
+    with pytest.raises(OSError, match="cut shorter") as caught:
+        file.copied_to(other)
+    assert caught.value.errno == errno.EIO
+    assert not other.exists()
+    file.close()
 
 
 def test_a_folder_that_is_taken_away(tmp_path):

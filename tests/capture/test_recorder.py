@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,11 +26,12 @@ class FakeSink:
     """Keeps what it gets in a list; `fault` makes it fail."""
 
     def __init__(self):
-        self.frames, self.threads = [], set()
+        self.frames, self.threads, self.turns = [], set(), 0
         self.durable = 0
         self.fault = None
 
     def append(self, taken):
+        self.turns += 1
         self.frames += taken
         self.threads.add(threading.current_thread().name)
 
@@ -96,15 +98,32 @@ def test_what_comes_with_the_end_is_taken():
         assert tap.take() == []
 
 
-def test_durable_is_never_ahead(tap, sink):
-    recorder = Recorder(tap, sink)
+class BusySink(FakeSink):
+    """While it is asked what is durable, ten more frames come and become durable."""
+
+    def __init__(self, tap):
+        self._tap, self._durable = tap, 0
+        super().__init__()
+
+    @property
+    def durable(self):
+        if threading.current_thread().name != "recorder":
+            meant = self._durable + 10
+            self._tap.append(frames(10, self._durable))
+            wait_until(lambda: self._durable == meant)
+        return self._durable
+
+    @durable.setter
+    def durable(self, count):
+        self._durable = count
+
+
+def test_durable_is_never_ahead(tap):
+    recorder = Recorder(tap, BusySink(tap))
     recorder.start()
-    for start in range(0, 3000, 10):
-        tap.append(frames(10, start))
-        progress = recorder.progress
-        assert progress.durable <= progress.frames
+    for count in range(10, 60, 10):
+        assert recorder.progress == Progress(count, count, None)
     recorder.stop()
-    assert recorder.progress == Progress(3000, 3000, None)
 
 
 @pytest.mark.parametrize(("seconds", "kept"), [(0.5, 50), (0.501, 51), (0.01, 1), (30.0, 3000)])
@@ -130,17 +149,64 @@ def test_the_seconds_end_where_the_frames_cease(tap, sink, monkeypatch):
     assert numbers(sink.frames) == [0, 1]
 
 
-def test_the_seconds_do_not_run_before_the_first_frame(tap, sink, monkeypatch):
-    monkeypatch.setattr(module, "_LATE", 0.0)
-    recorder = Recorder(tap, sink, seconds=0.02)
+class Clock:
+    """The host's clock, which stands still unless told."""
+
+    def __init__(self):
+        self.now = 1000.0
+
+    def monotonic(self):
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    made = Clock()
+    monkeypatch.setattr(module, "time", made)
+    return made
+
+
+def turns(sink, count=3):
+    """Let the recorder go round."""
+    begun = sink.turns
+    wait_until(lambda: sink.turns >= begun + count)
+
+
+def test_the_seconds_do_not_run_before_the_first_frame(tap, sink, clock):
+    recorder = Recorder(tap, sink, seconds=3.0)
     recorder.start()
-    waited = time.monotonic() + 0.1
-    wait_until(lambda: time.monotonic() > waited)
+    clock.now += 3.0 + module.FIRST
+    turns(sink)
     assert not recorder.finished
-    tap.append(frames(1))
+    tap.append([replace(frames(1)[0], arrived=clock.now)])
+    clock.now += 3.0
+    turns(sink)
+    assert not recorder.finished
+    clock.now += 1.0
     wait_until(lambda: recorder.finished)
     recorder.stop()
     assert len(sink.frames) == 1
+
+
+def test_a_ribbon_that_never_sends_a_frame_is_not_waited_for_without_end(tap, sink, clock):
+    recorder = Recorder(tap, sink, seconds=3.0)
+    recorder.start()
+    clock.now += 3.0 + module.FIRST
+    turns(sink)
+    assert not recorder.finished
+    clock.now += 0.1
+    wait_until(lambda: recorder.finished)
+    recorder.stop()
+    assert recorder.progress == Progress(0, 0, None)
+
+
+def test_without_seconds_the_first_frame_is_waited_for_without_end(tap, sink, clock):
+    recorder = Recorder(tap, sink)
+    recorder.start()
+    clock.now += 1e9
+    turns(sink)
+    assert not recorder.finished
+    recorder.stop()
 
 
 def test_a_full_disk_is_told_once_and_costs_no_frame(tap, sink):

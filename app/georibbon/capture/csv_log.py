@@ -16,6 +16,7 @@ from georibbon.capture.durable_file import DurableFile
 from georibbon.device.frames import LOST, Frame
 from georibbon.errors import ExportError, StorageError
 from georibbon.session.files import kind_of
+from georibbon.session.words import counted
 
 _BLOCK = 1 << 20  # bytes that are written and flushed together, about
 _MICRO = 1_000_000  # the ribbon's clock counts microseconds: six digits tell all it knows
@@ -52,8 +53,9 @@ class CsvLog:
     """The sink of a `Recorder` that writes a CSV file.
 
     path: a file that is not there; it is made with the first frames.  columns:
-    the names of all axes.  frames: how many were taken.  Times count from the
-    first frame, to the microsecond, and grow from line to line.  What cannot be
+    the names of all axes.  frames: how many were taken; gone: of them, those that
+    another program may have cut off.  Times count from the first frame, to the
+    microsecond, and grow from line to line.  What cannot be
     written is kept in memory, without a bound, until it can.  One thread at a time.
     """
 
@@ -61,9 +63,10 @@ class CsvLog:
         check_csv_place(path)
         self.path = path
         self.frames = 0
+        self.gone = 0
         self._written = 0
-        header = ",".join(("t", *columns)).encode() + b"\n"
-        self._pending = deque([_Block(0, bytearray(header))])
+        self._header = ",".join(("t", *columns)).encode() + b"\n"
+        self._pending = deque([_Block(0, bytearray(self._header))])
         self._file: DurableFile | None = None
         self._removed = False
         self._start: float | None = None
@@ -91,7 +94,9 @@ class CsvLog:
 
         Raises StorageError where it cannot be; everything is kept, and the next
         call tries again.  Where the file was removed or moved away, this says
-        so, and the next call writes it anew from its first line on.
+        so, and the next call writes it anew from its first line on.  What another
+        program cuts off is lost: this says so, leaves that file as it is, and all
+        frames from then on go to a new one, as soon as there is a place for it.
         """
         try:
             self._see_to_the_place()
@@ -105,8 +110,9 @@ class CsvLog:
     def move_to(self, path: Path) -> None:
         """Write everything, from the first line on, to another file that is not there.
 
-        What is at the old place stays as it is.  Raises ExportError or
-        StorageError, and keeps everything, as `sync` does.
+        What is at the old place stays as it is, and what another program cut off
+        there is lost.  Raises ExportError or StorageError, and keeps everything, as
+        `sync` does.
         """
         check_csv_place(path)
         if self._file is not None:
@@ -126,12 +132,19 @@ class CsvLog:
                 self._file.close()
 
     def _see_to_the_place(self) -> None:
-        """Find out that the file was removed: told once, and then it is written anew."""
+        """Find out that the file was removed or cut: told once, and then it is written anew."""
         if self._file is None:
             return
         if self._removed:
             self._go_on_in(self._file, self.path)
             return
+        if not self._file.whole():
+            self._removed = True
+            raise StorageError(
+                f"{self.path}: another program has cut the file shorter while it was written, and "
+                f"{counted(self._written, 'frame')} may be lost with that; those that come are "
+                "kept, and are written when you have moved that file away"
+            )
         if not self._file.in_place():
             self._removed = True
             raise StorageError(
@@ -141,7 +154,12 @@ class CsvLog:
 
     def _go_on_in(self, file: DurableFile, path: Path) -> None:
         """Go on in a copy; the file that was removed can still be read as long as it is open."""
-        self._file = file.copied_to(path)
+        if file.whole():
+            self._file = file.copied_to(path)
+        else:
+            self._file = DurableFile(path)
+            self._pending.appendleft(_Block(0, bytearray(self._header)))
+            self.gone, self._written = self.gone + self._written, 0
         self._removed = False
         file.close()
 

@@ -1,5 +1,6 @@
 """A file that only grows, and whose bytes are on the disk when they are said to be."""
 
+import errno
 import os
 from contextlib import suppress
 from io import FileIO
@@ -42,13 +43,19 @@ class DurableFile:
         except (FileNotFoundError, NotADirectoryError):
             return False
 
+    def whole(self) -> bool:
+        """Whether all its bytes are there: no other program has cut it shorter."""
+        return os.fstat(self._file.fileno()).st_size >= self.size
+
     def copied_to(self, path: Path) -> "DurableFile":
         """A new file with the same bytes; this one can have been removed."""
         copy = DurableFile(path)
         try:
             while copy.size < self.size:
                 self._file.seek(copy.size)
-                copy.extend(self._file.read(min(_COPIED, self.size - copy.size)))
+                if not (data := self._file.read(min(_COPIED, self.size - copy.size))):
+                    raise OSError(errno.EIO, f"{self.path} was cut shorter by another program")
+                copy.extend(data)
         except OSError:
             copy.close()
             path.unlink(missing_ok=True)

@@ -12,6 +12,7 @@ from georibbon.errors import StorageError
 
 PERIOD = 0.2  # seconds between two writes: what a crash of the computer can cost
 RETRY = 1.0  # seconds until it is tried again to write what could not be written
+FIRST = 5.0  # seconds beyond the end for a first frame to come at all
 _LATE = 0.5  # seconds beyond the end for the last frames to arrive
 _HALF_MICROSECOND = 5e-7
 
@@ -47,7 +48,8 @@ class Recorder:
     """Takes every frame of a tap to a sink, on a thread of its own.
 
     tap: opened before the link is started, it misses nothing.  seconds: how
-    long, by the ribbon's clock, from the first frame on; None: until `stop`.
+    long, by the ribbon's clock, from the first frame on (where none comes, little
+    longer by the host's); None: until `stop`.
     on_storage: called, in the recorder's thread, with a sentence when the frames
     can no longer be written, and with None when they can again; meanwhile they
     are kept in memory, without a bound, and every second it is tried again.
@@ -86,6 +88,7 @@ class Recorder:
 
     def start(self) -> None:
         """Begin, once, with what is in the tap already."""
+        self._limit.begin()
         self._thread.start()
 
     def stop(self) -> None:
@@ -137,13 +140,19 @@ class Recorder:
 class _Limit:
     """So many seconds from the first frame on, by the ribbon's clock.
 
-    Where the frames that should follow do not come, the host's clock ends it.
+    Where the frames that should follow, or even the first, do not come, the host's
+    clock ends it.
     """
 
     def __init__(self, seconds: float | None) -> None:
         self._seconds = seconds
         self._first: Frame | None = None
         self._reached = False
+        self._begun = 0.0
+
+    def begin(self) -> None:
+        """Wait for the first frame from now on."""
+        self._begun = time.monotonic()
 
     def within(self, frames: list[Frame]) -> list[Frame]:
         """Those of the frames that come before the end."""
@@ -158,6 +167,8 @@ class _Limit:
     @property
     def over(self) -> bool:
         """Whether the end is reached."""
-        if self._reached or self._seconds is None or self._first is None:
+        if self._reached or self._seconds is None:
             return self._reached
+        if self._first is None:
+            return time.monotonic() > self._begun + self._seconds + FIRST
         return time.monotonic() > self._first.arrived + self._seconds + _LATE

@@ -27,6 +27,9 @@ class SessionLog:
     SessionError where the session cannot be made.
     """
 
+    gone = 0
+    """Frames lost of those that were written: none, a file that is taken away is written anew."""
+
     def __init__(self, path: Path, identity: Identity, diary: LinkDiary) -> None:
         self._session = Session.create(path)
         self._diary = diary

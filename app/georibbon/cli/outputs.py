@@ -15,18 +15,28 @@ SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 @contextmanager
-def signals_held() -> Iterator[None]:
-    """Holds signals back until the block is done: an exception raised inside VTK is a crash."""
+def signals_noted() -> Iterator[list[int]]:
+    """While the block runs, interrupts come into this list and end nothing by themselves."""
     came: list[int] = []
     numbers = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     if threading.current_thread() is not threading.main_thread():
         numbers = []  # only the main thread may, and only it is interrupted
     before = {number: signal.signal(number, lambda n, _: came.append(n)) for number in numbers}
     try:
-        yield
+        yield came
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def signals_held() -> Iterator[None]:
+    """Holds signals back until the block is done: an exception raised inside VTK is a crash."""
+    came: list[int] = []
+    try:
+        with signals_noted() as came:
+            yield
+    finally:
         for number in came[:1]:
             signal.raise_signal(number)
 

@@ -3,19 +3,17 @@
 import argparse
 import json
 import os
-import signal
 import sys
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 from georibbon.cli.arguments import Parser, number, whole
-from georibbon.cli.outputs import SIGNALS
+from georibbon.cli.outputs import signals_noted
 from georibbon.errors import DeviceError, GeoribbonError, StorageError
 from georibbon.export.files import require_ending
 from georibbon.session.words import counted
@@ -25,6 +23,7 @@ if TYPE_CHECKING:
     from georibbon.device.frames import Frame
     from georibbon.device.identity import Identity
     from georibbon.device.link import Link
+    from georibbon.device.ring import Tap
 
 DESCRIPTION = """\
 Record what a ribbon says into a file, frame by frame: the CSV file of a recording, or a
@@ -71,6 +70,9 @@ class _Log(Protocol):
 
     @property
     def durable(self) -> int: ...
+
+    @property
+    def gone(self) -> int: ...
 
     def append(self, frames: "Sequence[Frame]") -> None: ...
 
@@ -138,9 +140,9 @@ def run(arguments: argparse.Namespace) -> None:
             tap, log, seconds=arguments.seconds,
             on_storage=lambda fault: voice.hear(fault or f"{log.path}: all is on the disk again"),
         )  # fmt: skip
-        with _signals_noted() as signals:
+        with signals_noted() as signals:
             recorder.start()
-            _Run(link, recorder, log, voice, signals).to_the_end()
+            _Run(link, tap, recorder, log, voice, signals).to_the_end()
     finally:
         link.stop()
 
@@ -201,36 +203,28 @@ class _Voice:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-@contextmanager
-def _signals_noted() -> Iterator[list[int]]:
-    """While the block runs, interrupts come into this list and end nothing by themselves."""
-    came: list[int] = []
-    numbers = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
-    if threading.current_thread() is not threading.main_thread():
-        numbers = []  # only the main thread may, and only it is interrupted
-    before = {one: signal.signal(one, lambda n, _: came.append(n)) for one in numbers}
-    try:
-        yield came
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
-
-
 class _Run:
     """A recording that has begun."""
 
     def __init__(
-        self, link: "Link", recorder: "Recorder", log: _Log, voice: _Voice, signals: list[int]
+        self,
+        link: "Link",
+        tap: "Tap",
+        recorder: "Recorder",
+        log: _Log,
+        voice: _Voice,
+        signals: list[int],
     ) -> None:
-        self._link, self._recorder, self._log = link, recorder, log
+        self._link, self._tap, self._recorder, self._log = link, tap, recorder, log
         self._voice, self._signals = voice, signals
+        self._broken: str | None = None  # why the link has ended by itself
         self._next_line = time.monotonic() + EVERY
         self._last_state: str | None = None
 
     def to_the_end(self) -> None:
         """Tell how it goes until it is over; then see that every frame is on the disk."""
         try:
-            while not self._recorder.finished and not self._signals:
+            while not self._over():
                 self._pause()
             self._last_state = self._link.state  # stopping it is no news
             self._link.stop()
@@ -243,6 +237,12 @@ class _Run:
         self._voice.say_all()
         self._print_line()
         self._judge(moved)
+
+    def _over(self) -> bool:
+        """Whether it is at its end; a link that closes its tap by itself brings nothing more."""
+        if self._tap.closed and not self._recorder.finished:
+            self._broken = self._link.health().reason
+        return self._recorder.finished or bool(self._signals) or self._broken is not None
 
     def _pause(self) -> None:
         """A moment, with all that there is to tell."""
@@ -268,7 +268,7 @@ class _Run:
 
     def _unwritten(self) -> int:
         progress = self._recorder.progress
-        return progress.frames - progress.durable
+        return progress.frames - progress.durable - self._log.gone
 
     def _insist(self) -> None:
         """Give a disk that refuses some time; another interrupt ends it."""
@@ -302,10 +302,20 @@ class _Run:
                 f"{self._log.path}: {counted(self._unwritten(), 'frame')} could not be written "
                 "anywhere and are lost; all before them are in the file"
             )
+        if self._log.gone:
+            raise StorageError(
+                f"{self._log.path}: another program cut off what was written, so "
+                f"{counted(self._log.gone, 'frame')} may be lost; all after them are in this file"
+            )
         if moved is not None:
             raise StorageError(
                 f"the file could not be written in its place; all of it is in {moved}, move it "
                 "to where there is room"
+            )
+        if self._broken is not None:
+            raise DeviceError(
+                f"{self._log.path}: the link ended before the recording: {self._broken}; "
+                f"{counted(self._recorder.progress.frames, 'frame')} came until then; go on in another file"
             )
         if not self._recorder.progress.frames:
             raise DeviceError(
