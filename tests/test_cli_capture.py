@@ -180,6 +180,17 @@ def test_interrupted_it_closes_the_session(world, words):
     assert len(list(words[2].parent.glob("capture*"))) == 1
 
 
+def test_alone_with_a_ribbon_that_is_gone_it_ends(world, words, monkeypatch, capsys):
+    monkeypatch.setattr("georibbon.cli.dialogue.PATIENCE", 0.5)
+    monkeypatch.setattr("sys.stdin", None)
+    threading.Timer(1.5, lambda: world.do("unplug")).start()
+    assert main(["capture", *map(str, words)]) == 2
+    told = capsys.readouterr()
+    assert "2 still open" in told.err
+    assert "disconnected" in told.out
+    assert held(words[2]) == []
+
+
 def rescued(terminal):
     """Where what was held was brought to, as it was told."""
     place = terminal.heard.split("is safe in ")[-1].split()[0]

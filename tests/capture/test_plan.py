@@ -16,6 +16,7 @@ from georibbon.capture.judging import (
     judge_pose,
     lies_as,
     rough_up,
+    rough_ups,
 )
 from georibbon.capture.plan import CapturePlan, PlannedPose, check_survey, read_plan
 from georibbon.errors import SettingsError
@@ -50,7 +51,7 @@ def test_a_plan_file_says_everything(tmp_path):
 
 
 def test_a_plan_of_two_lines_is_the_usual_one(tmp_path):
-    assert read_plan(written(tmp_path, HEAD)) == CapturePlan()
+    assert read_plan(written(tmp_path, HEAD)) == CapturePlan(source="plan.toml")
 
 
 @pytest.mark.parametrize(
@@ -119,7 +120,23 @@ def means(up, dead=()):
 def test_up_outvotes_a_sensor_that_is_wrong():
     counts = means([0.0, 0.0, 1.0])
     counts[:3] = [30000.0, 0.0, 0.0]
-    assert np.allclose(rough_up(RIBBON, counts), [0.0, 0.0, 1.0])
+    assert np.allclose(rough_up(rough_ups(RIBBON, counts)), [0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(("half", "fine"), [(0.0, True), (8.0, True), (30.0, False)])
+def test_a_pose_is_straight(half, fine):
+    """Sensors that tilt from minus to plus so many degrees: on an object, not on the bar."""
+    pose = CapturePlan(poses=20).planned_poses[0]
+    counts = means([0.0, 0.0, 1.0])
+    places = RIBBON.indices("accelerometer")
+    for i, tilt in zip(places, np.radians(np.linspace(-half, half, len(places))), strict=True):
+        up = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+        counts[RIBBON.slices[i]] = up * RIBBON.sensors[i].counts_per_unit
+    refusal = judge_pose(RIBBON, pose, counts)
+    assert (refusal is None) == fine
+    if not fine:
+        assert refusal.code == "bent"
+        assert "straight" in refusal.message
 
 
 def test_another_face_is_refused_with_both_told():
@@ -136,7 +153,10 @@ def test_another_face_is_refused_with_both_told():
 def test_a_pose_on_the_table_lies_flat(off, fine):
     pose = CapturePlan(poses=20).planned_poses[0]
     up = [math.sin(math.radians(off)), 0.0, math.cos(math.radians(off))]
-    assert (judge_pose(RIBBON, pose, means(up)) is None) == fine
+    refusal = judge_pose(RIBBON, pose, means(up))
+    assert (refusal is None) == fine
+    if not fine:
+        assert "20° off" in refusal.message or "end 20° up" in refusal.message
 
 
 def test_silent_sensors_take_neither_pose_nor_pass():

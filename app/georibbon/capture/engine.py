@@ -173,8 +173,7 @@ class Engine:
         item = self.current
         refusal = self._refusal(item)
         if refusal is not None and not (force and refusal.forcible):
-            self._told = refusal
-            self._ledger.tell("refused", None if item is None else item.key, refusal.message)
+            self._refuse(refusal)
             return refusal
         if item is not None:
             self._keep(item)
@@ -205,7 +204,11 @@ class Engine:
 
     def undo(self) -> None:
         """Take back the last change."""
-        self._back("undone", self.session.state.undoable, self.session.undo)
+        state = self.session.state
+        # What the capture began with was nobody's doing here.
+        begun = next((one.id for one in state.history if one.action == "plan"), 0)
+        what = state.undoable if state.done and state.done[-1] > begun else None
+        self._back("undone", what, self.session.undo)
 
     def redo(self) -> None:
         """Do again what was taken back last."""
@@ -259,19 +262,31 @@ class Engine:
 
     def _take_by_itself(self) -> None:
         """Take what lies still; a refusal is told once for each time that it is laid down."""
-        if not (self.auto and self._armed) or self._current is None:
+        if not self.auto or self._current is None or not self._lifted:
             return
-        refusal, before = self._refusal(self.current), self._told
-        if refusal is None or before is None or before.code != refusal.code:
+        refusal, before = self._refusal(self.current) or self._unmoved(), self._told
+        if refusal is None:
             self.take()
+        elif before is None or before.code != refusal.code:
+            self._refuse(refusal)
+
+    def _unmoved(self) -> Refusal | None:
+        """What lies still from the start on may be meant or not: that is for the person to say."""
+        if self._armed:
+            return None
+        words = "lies still, but was not moved since the start; move it, or take it by hand"
+        return Refusal("not-moved", f"the ribbon {words}")
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._told = refusal
+        self._ledger.tell("refused", self._current, refusal.message)
 
     def _refusal(self, item: Item | None) -> Refusal | None:
         if item is None:
             return Refusal("nothing", "nothing is asked for; choose a pose or a pass first")
         window, means = self._monitor.window(), self._monitor.means()
         if self._stillness is None or window is None or means is None:
-            reason = "no frame has come" if self._stillness is None else self._stillness.reason
-            return Refusal("moving", f"{item.key} is not taken: {reason}; hold the ribbon still")
+            return Refusal("moving", f"{item.key} is not taken: {_restless(self._stillness)}")
         if self._stillness.seconds < LEAST_SECONDS:
             return Refusal(
                 "short",
@@ -401,3 +416,12 @@ class Engine:
         elif item is None or item.status != "open":
             self._current = self._next(None, calibration is None) or self._next(None, False)
             self._tell_current()
+
+
+def _restless(stillness: Stillness | None) -> str:
+    """Why the ribbon is not still, with what to do."""
+    if stillness is None:
+        return "no frame has come; see to the link"
+    if stillness.spread > 0.0:
+        return f"{stillness.reason}; hold the ribbon still"
+    return stillness.reason

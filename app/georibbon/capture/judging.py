@@ -17,6 +17,9 @@ LEAST_SECONDS = 1.0
 # meant to be, beyond the second it is another one.
 TABLE_WITHIN = np.radians(15.0)
 POSE_WITHIN = np.radians(25.0)
+# The bar is straight: nominal gains, mounting and biases of a real ribbon make a few degrees.
+STRAIGHT_WITHIN = np.radians(12.0)
+LEAST_GRAVITY = 0.5  # g: an accelerometer that says less tells no direction
 LEAST_HEARD = 3  # sensors of a kind without which neither a pose nor a pass says anything
 
 
@@ -27,26 +30,40 @@ class Refusal:
     code: a word for programs.  forcible: whether a person may take it all the same.
     """
 
-    code: Literal["moving", "disturbed", "short", "silent", "other-pose", "not-lifted", "nothing"]
+    code: Literal[
+        "moving", "disturbed", "short", "silent", "bent", "other-pose", "not-moved", "not-lifted",
+        "nothing",
+    ]  # fmt: skip
     message: str
     forcible: bool = False
 
 
-def rough_up(ribbon: Ribbon, mean: FloatArray) -> FloatArray | None:
-    """(3,) the unit "up" in the bar's frame from nominal gains: good to a few degrees.
+def rough_ups(ribbon: Ribbon, mean: FloatArray) -> FloatArray | None:
+    """(n, 3) every accelerometer's unit "up" from nominal gains: good to a few degrees.
 
-    mean: (c,) counts, NaN where nothing was heard.  The median over the
-    accelerometers, so that no dead one matters; None where fewer than three
-    gave values or they tell no direction.
+    mean: (c,) counts, NaN where nothing was heard: such sensors are left out.
+    None where fewer than three say where up is.
     """
     sensors = ribbon.indices("accelerometer")
     values = np.array([mean[ribbon.slices[i]] / ribbon.sensors[i].counts_per_unit for i in sensors])
-    heard = np.isfinite(values).all(axis=1)
+    length = np.linalg.norm(values, axis=1)
+    with np.errstate(invalid="ignore"):
+        heard = length > LEAST_GRAVITY
     if heard.sum() < min(LEAST_HEARD, len(sensors)):
         return None
-    up = np.median(values[heard], axis=0)
-    length = float(np.linalg.norm(up))
-    return up / length if length > 0.5 else None
+    return np.asarray(values[heard] / length[heard, None], dtype=np.float64)
+
+
+def rough_up(ups: FloatArray) -> FloatArray:
+    """(3,) the unit "up" of a straight ribbon: the median over its sensors, whatever one says."""
+    up = np.median(ups, axis=0)
+    return np.asarray(up / max(float(np.linalg.norm(up)), 1e-9), dtype=np.float64)
+
+
+def bend(ups: FloatArray) -> float:
+    """Radians by which a quarter of the sensors differ from the common "up", at least."""
+    off = np.arccos(np.clip(ups @ rough_up(ups), -1.0, 1.0))
+    return float(np.quantile(off, 0.75))
 
 
 def asked_up(pose: PlannedPose) -> FloatArray:
@@ -67,18 +84,30 @@ def lies_as(pose: PlannedPose, up: FloatArray) -> bool:
 
 def judge_pose(ribbon: Ribbon, pose: PlannedPose, mean: FloatArray) -> Refusal | None:
     """Why a still window's mean (c,) is not this pose; None where it is."""
-    up = rough_up(ribbon, mean)
-    if up is None:
+    ups = rough_ups(ribbon, mean)
+    if ups is None:
         return _silent("pose")
-    if lies_as(pose, up):
-        return None
+    if bend(ups) > STRAIGHT_WITHIN:
+        return Refusal(
+            "bent",
+            f"{pose.key} is asked on the straight bar; the sensors differ by "
+            f"{np.degrees(bend(ups)):.0f}° and more: fix the ribbon straight on the bar",
+            forcible=True,
+        )
+    up = rough_up(ups)
+    return None if lies_as(pose, up) else _other_pose(pose, up)
+
+
+def _other_pose(pose: PlannedPose, up: FloatArray) -> Refusal:
     roll, pitch = roll_pitch(up[None])
     found = describe(float(roll[0]), float(pitch[0]))
     wanted = describe(float(np.radians(pose.roll)), float(np.radians(pose.pitch)))
+    off = f"{np.degrees(angle_off(pose, up)):.0f}°"
+    shown = f"it lies {off} off that" if found == wanted else f"{found} is what gravity shows"
     return Refusal(
         "other-pose",
-        f"{pose.key} is asked with {wanted}; {found} is what gravity shows; turn the bar, or "
-        "choose the pose that it lies in",
+        f"{pose.key} is asked with {wanted}; {shown}; turn the bar, or choose the pose that it "
+        "lies in",
         forcible=True,
     )
 

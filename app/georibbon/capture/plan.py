@@ -73,7 +73,8 @@ class PlannedPass:
 class CapturePlan:
     """What is to be captured; survey: the tables of a recording, checked once a ribbon is known.
 
-    poses: the number of a plan of `calibration.plans`, or 0.
+    poses: the number of a plan of `calibration.plans`, or 0.  source: where it
+    came from, for messages.
     """
 
     poses: int = DEFAULT_POSES
@@ -82,6 +83,7 @@ class CapturePlan:
     title: str | None = None
     workpiece: Workpiece | None = None
     survey: Mapping[str, object] | None = None
+    source: str = "the plan"
 
     def __post_init__(self) -> None:
         """Refuse what cannot be captured, with a SettingsError."""
@@ -134,8 +136,9 @@ def read_plan(path: Path) -> CapturePlan:
         text = data.decode("utf-8-sig")
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
+        why = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "not text, or too deep"
         raise SettingsError(
-            f"{path}: this is no plan ({error}); give a TOML file as `georibbon capture --help` "
+            f"{path}: this is no plan ({why}); give a TOML file as `georibbon capture --help` "
             "describes it"
         ) from error
     return _plan(Table(document, Source(path.name, SettingsError, text), "", None, _KNOWN))
@@ -150,7 +153,11 @@ def _plan(table: Table) -> CapturePlan:
     title = table.prose("title", "a title") if "title" in table.data else None
     survey = {key: table.data[key] for key in _SURVEY if key in table.data}
     return CapturePlan(
-        **counts, title=title, workpiece=read_workpiece(table), survey=survey or None
+        **counts,
+        title=title,
+        workpiece=read_workpiece(table),
+        survey=survey or None,
+        source=table.source.name,
     )
 
 

@@ -78,7 +78,7 @@ def _planned(state: SessionState) -> CapturePlan:
 
 def _check(plan: CapturePlan, ribbon: Ribbon) -> None:
     names = [one.name for one in plan.planned_passes]
-    check_survey(plan.survey or {}, ribbon, names, "the plan")
+    check_survey(plan.survey or {}, ribbon, names, plan.source)
 
 
 def write_ribbon(session: Session, ribbon: Ribbon, firmware: str | None) -> None:
@@ -90,9 +90,6 @@ def write_ribbon(session: Session, ribbon: Ribbon, firmware: str | None) -> None
 def _write_plan(session: Session, plan: CapturePlan) -> None:
     """Write what the plan says and the session does not say yet; nothing of the session is lost."""
     state = session.state
-    counts = SessionPlan(plan.poses, plan.passes, plan.ties)
-    if state.plan != counts:
-        session.do("plan", **asdict(counts))
     piece = plan.workpiece
     if piece is not None and piece != state.workpiece:
         known = {} if piece.heading is None else {"heading": piece.heading}
@@ -102,6 +99,9 @@ def _write_plan(session: Session, plan: CapturePlan) -> None:
         both = {key: _joined(tables[key], plan.survey.get(key, [])) for key in tables}
         if both != tables:
             session.do("survey", **both)
+    counts = SessionPlan(plan.poses, plan.passes, plan.ties)
+    if state.plan != counts:  # the last: undoing ends at the first of these
+        session.do("plan", **asdict(counts))
 
 
 def _joined(there: list[dict[str, object]], planned: object) -> list[object]:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Capture an object with a ribbon, step by step: the calibration poses on the bar, then
-the passes and ties, each taken by itself as soon as the ribbon has lain still for a
-second.  Everything taken is safe in the session file before it is told.  A session
-that exists already is gone on with: close it tonight, go on tomorrow.
+the passes and ties, each taken by itself as soon as the ribbon was moved and has lain
+still for a second.  Everything taken is safe in the session file before it is told.  A
+session that exists already is gone on with: close it tonight, go on tomorrow.
 
 While it runs, one line of words at a time is understood:
 

@@ -15,7 +15,7 @@ from georibbon.capture.verdict import curve_words
 from georibbon.cli.keyboard import Words
 from georibbon.cli.outputs import signals_held
 from georibbon.cli.verbs import obey
-from georibbon.errors import GeoribbonError, StorageError
+from georibbon.errors import DeviceError, GeoribbonError, StorageError
 from georibbon.session.words import counted
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 TICK = 0.04  # s: within 50 ms of a frame the person sees what it means
 REDRAW = 0.1
+PATIENCE = 60.0  # s without a frame, where standard input has ended
 MARKS = {"taken": "ok", "refused": "--", "held": "!!", "chosen": "->", "complete": "**"}
 HELP = (
     "Return (or space, Page Down) takes; NAME chooses; skip, undo, redo, add, remove, mark, "
@@ -63,10 +64,12 @@ class Dialogue:
         """Frames, changes of the link and words, as they come; a glance at all on every tick."""
         tap = self._tap
         between = self._session.stream(self._engine.ribbon.rate) if keep_all else None
+        heard = time.monotonic()
         while not self._quit:
             tap.wait(TICK)
             ended, closed = self._words.ended, tap.closed  # before what came until then is taken
             frames = tap.take()
+            heard = time.monotonic() if frames else heard
             if between is not None:
                 between.append(frames)
             self._try(lambda: self._engine.feed(frames))  # noqa: B023 (called at once)
@@ -76,6 +79,11 @@ class Dialogue:
                 self._hear(line)
             if closed or (ended and self._engine.current is None):
                 return
+            if ended and time.monotonic() - heard > PATIENCE:
+                raise DeviceError(
+                    f"no frame for {PATIENCE:g} s, and nobody is there to be asked; "
+                    f"{summary(self._engine, self._session)}"
+                )
             if self._line.due():
                 glance = _glance(self._engine, self._engine.refresh())
                 self._line.show(glance, self._words.typed)
@@ -85,6 +93,7 @@ class Dialogue:
         if verb in ("quit", "exit"):
             self._end()
         elif verb == "status":
+            self._line.say(_glance(self._engine, self._engine.refresh()))
             self._line.say(status(self._engine))
         elif verb in ("help", "?"):
             self._line.say(HELP)
