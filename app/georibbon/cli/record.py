@@ -315,7 +315,8 @@ class _Run:
         if self._broken is not None:
             raise DeviceError(
                 f"{self._log.path}: the link ended before the recording: {self._broken}; "
-                f"{counted(self._recorder.progress.frames, 'frame')} came until then; go on in another file"
+                f"{counted(self._recorder.progress.frames, 'frame')} came until then; go on in "
+                "another file"
             )
         if not self._recorder.progress.frames:
             raise DeviceError(
