@@ -1,5 +1,6 @@
 """What the README and the pages beside it say runs, and is true."""
 
+import json
 import re
 import subprocess
 import sys
@@ -7,10 +8,17 @@ from pathlib import Path
 
 import pytest
 
+from georibbon.device.identity import Identity, read_identity, write_identity
+from georibbon.device.packets import DONE, FRAME, IDENTITY, MESSAGE, checksum
+from georibbon.errors import DeviceError
 from georibbon.session import outline
+from georibbon.simulation.settings import RibbonSettings
+from georibbon.simulation.virtual import virtual_ribbon
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PROTOCOL = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
 FORMAT = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
 
 
@@ -90,10 +98,11 @@ def test_the_python_lines_run(folder):
 
 
 def test_links_and_scripts_are_there():
-    targets = re.findall(r"\]\(([^)]+)\)", README + FORMAT)
-    assert targets
-    for target in targets:
-        assert (ROOT / target).exists(), target
+    for page in PAGES:
+        targets = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
+        assert targets or page.name == "recording.md", page
+        for target in targets:
+            assert (page.parent / target).exists(), target
     scripts = re.findall(r"`(benchmarks/\w+\.py)", README)
     assert scripts
     for script in scripts:
@@ -106,6 +115,32 @@ def test_every_field_of_a_recording_is_described(table):
     assert fields
     for field in fields:
         assert f"`{field}" in FORMAT, field
+
+
+def test_the_protocol_is_the_one_that_is_spoken():
+    kinds = dict(re.findall(r"^\| (0x\d\d) (\w+) ", PROTOCOL, re.MULTILINE))
+    spoken = {"identity": IDENTITY, "frame": FRAME, "message": MESSAGE, "done": DONE}
+    assert {name: int(kind, 16) for kind, name in kinds.items()} == spoken
+    assert f"{checksum(b'123456789'):#X}".replace("X", "x") in PROTOCOL
+    (example,) = re.findall(r"\n\n((?: {4}.*\n)+)", PROTOCOL)
+    table = json.loads(example)
+    magnetometer = table["sensors"][0] | {"name": "M01", "kind": "magnetometer"}
+    table["sensors"].append(magnetometer)
+    assert read_identity(json.dumps(table).encode()).ribbon.id == "GR-0007"
+    for command in ("identify", "start", "stop", "rate HZ"):
+        assert f"| `{command}` |" in PROTOCOL
+
+
+def test_the_protocol_carries_as_many_sensors_as_it_says():
+    (most,) = re.findall(r"room for (\d+) sensors", PROTOCOL)
+    assert f"up to {most} sensors" in README
+
+    def identity(sensors):
+        return Identity(virtual_ribbon(RibbonSettings(sensors=sensors)), "1.4.0")
+
+    assert read_identity(write_identity(identity(int(most)))) == identity(int(most))
+    with pytest.raises(DeviceError):
+        write_identity(identity(int(most) + 1))
 
 
 def test_the_readme_says_what_it_must():
