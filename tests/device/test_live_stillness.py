@@ -138,6 +138,23 @@ def test_after_a_motion_it_is_still_again_half_a_second_later():
     assert found[again].seconds == pytest.approx(0.49)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_the_end_of_a_hands_sway_spoils_no_rest(seed):
+    """Once still it stays so, for the rest does not begin in what swings out below the noise."""
+    t = np.arange(50) / RATE
+    waved = 40.0 * np.sin(np.arange(100) / 7.0)
+    swings = 3.0 * np.exp(-t / 0.2) * (1.0 - t / t[-1])
+    found = told(moved(at_rest(600, seed), 200, np.concatenate([waved, swings])))
+    again = next(k for k in range(300, 600) if found[k].state == "still")
+    assert again <= 300 + 50 + 25
+    assert {one.state for one in found[again:]} == {"still"}
+
+
+def test_an_odd_sensor_delays_no_rest():
+    counts = moved(at_rest(300), 25, np.full(1, 3.0), columns(RIBBON, "accelerometer")[:3])
+    assert states(counts).index("still") == 49
+
+
 def test_a_shaky_start_does_not_spoil_the_noise_that_is_learned():
     rng = np.random.default_rng(3)
     counts = at_rest(20 * RATE)

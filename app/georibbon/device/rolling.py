@@ -10,6 +10,8 @@ from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.ribbon import Readings
 from georibbon.stillness import BLOCKS, ROUNDING, StillMeans, means_of_blocks
 
+MOST_SQUARE = 9.0  # of one column's shift, among those of all
+
 
 def spread_of(sums: IntArray, squares: IntArray, sizes: IntArray) -> FloatArray:
     """(c,) standard deviations from sums of values and of their squares; 0 below two values."""
@@ -76,6 +78,26 @@ class Rolling:
         )
         both = present[:middle].any(axis=0) & present[middle:].any(axis=0)
         return np.where(both, later - earlier, 0.0)
+
+    def sway(self, columns: IntArray) -> float:
+        """By how much the halves of `size` frames differ; 1 at rest.
+
+        The mean over some columns of their shift's square, in units of what the
+        noise does to it: its variance 4 s² / size times (2 - q) / q for noise that
+        remembers, with s the spread in the later half, q the squares' ratio of
+        differences and spread there (their median).  A sway that ends is in the
+        earlier half, and hides in no figure of the later.  One column counts for
+        at most `MOST_SQUARE`: a single odd sensor is no motion.
+        """
+        counts, present = (part[:, columns] for part in self.last(self.size - self.size // 2))
+        sums, squares = counts.sum(axis=0), (counts**2).sum(axis=0)
+        variance = np.maximum(spread_of(sums, squares, present.sum(axis=0)), ROUNDING) ** 2
+        both = present[1:] & present[:-1]
+        steps = np.where(both, np.diff(counts, axis=0), 0)
+        halved = (steps**2).sum(axis=0) / np.maximum(2 * both.sum(axis=0), 1)
+        share = min(float(np.median(halved / variance)), 1.0)
+        shift = self.halves()[columns] ** 2 / variance * (self.size / 4.0)
+        return float(np.minimum(shift * share / (2.0 - share), MOST_SQUARE).mean())
 
     def last(self, frames: int) -> tuple[IntArray, BoolArray]:
         """Counts and presence of the last frames, (m, c) each."""

@@ -30,6 +30,9 @@ QUIET_SPREAD = 2.0
 MOST_DRIFT: dict[SensorKind, float] = {"accelerometer": 0.001, "magnetometer": 0.02}
 # A mean over half a second has noise of its own: a drift exceeds it by this much, or is none.
 DRIFT_SIGMAS = 5.0
+# A rest begins when the halves of half a second differ by no more than noise explains, all
+# accelerometers taken together: a sum of squares' own scatter, so many times.
+SWAY_SIGMAS = 4.0
 # A sensor's own noise, whatever it seems to be: below the least nobody minds a motion; above
 # the most it is none of a sensor at rest.
 LEAST_NOISE: dict[SensorKind, float] = {"accelerometer": 0.0003, "magnetometer": 0.003}
@@ -73,7 +76,8 @@ class StillnessMonitor:
 
     Still: over the last half second no accelerometer axis spreads by three
     times its own noise, and no mean has drifted by 1 mg since the ribbon came
-    to rest (nor by five times what noise does to it).  A single sensor that is
+    to rest (nor by five times what noise does to it).  The rest begins when the last
+    of the hand's sway is out of that half second.  A single sensor that is
     restless among quiet neighbours is named and does not count.  Values that
     were lost or are at the end of the range are left out, and an axis of which
     less than half is there; a gap in time ends what was still where it is
@@ -126,6 +130,7 @@ class StillnessMonitor:
         self._rolling.clear()
         self._noise.interrupt()
         self._run: StillRun | None = None
+        self._waited = 0  # frames for the end of a sway
         self._since = 0  # frames that may be averaged together
         self._told = told
 
@@ -158,11 +163,24 @@ class StillnessMonitor:
             self._stop(_passing(passed, moved) if quiet else _stirring(moved))
             return
         if self._run is None:
-            if self._since < self._size:
+            if self._since < self._size or self._sways():
                 return
+            self._waited = 0
             self._run = StillRun(max(1, self._size // 10), self._rolling)
         weak = None if self._strength is None else self._strength.judge(figures)
         self._told = _resting(self._run.seconds, moved, passed, weak)
+
+    def _sways(self) -> bool:
+        """Whether the window still holds the end of a motion, which would spoil the mean of a run.
+
+        That is waited for half a window at most: noise of a strange kind is no reason to
+        wait for ever, and what drifts on is found from the run's mean.
+        """
+        columns = self._accelerometers.columns
+        most = 1.0 + SWAY_SIGMAS * np.sqrt(2.0 / len(columns))
+        swaying = self._waited < self._size // 2 and self._rolling.sway(columns) > most
+        self._waited += swaying
+        return swaying
 
     def _figures(self) -> "_Figures":
         mean, spread, enough = self._rolling.statistics()
@@ -221,7 +239,7 @@ class _Mates:
         )
         self._names = [ribbon.sensors[i].name for i in kept]
         slices = [ribbon.slices[i] for i in kept]
-        self._columns = np.array([k for one in slices for k in range(one.start, one.stop)], int)
+        self.columns = np.array([k for one in slices for k in range(one.start, one.stop)], int)
         self._starts = np.cumsum([0, *(one.stop - one.start for one in slices)])[:-1].astype(int)
 
     def judge(self, figures: _Figures) -> _Finding:
@@ -229,7 +247,7 @@ class _Mates:
         if not self._names:
             return _Finding(False, (), 0.0, 0.0, silent=True)
         spread, drift, drifting = (
-            np.maximum.reduceat(values[self._columns], self._starts)
+            np.maximum.reduceat(values[self.columns], self._starts)
             for values in (figures.spread, figures.drift, figures.drifting)
         )
         over = (spread > MOST_SPREAD) | (drifting > 1.0)
@@ -240,7 +258,7 @@ class _Mates:
             tuple(self._names[k] for k in np.flatnonzero(over)),
             float(spread[counted].max(initial=0.0)),
             float(drift[counted].max(initial=0.0)),
-            silent=not figures.enough[self._columns].any(),
+            silent=not figures.enough[self.columns].any(),
         )
 
 
