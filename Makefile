@@ -8,6 +8,11 @@ RUN := .venv/.ready-to-run
 TEST := .venv/.ready-to-test
 SOURCES := packaging/prepare.sh packaging/missing_libraries.py pyproject.toml
 
+# The window's tests need a display; on Linux they get one of their own that nobody sees.
+ifeq ($(shell uname),Linux)
+SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
+endif
+
 .PHONY: help demo test benchmarks lock clean
 .DEFAULT_GOAL := help
 
@@ -40,7 +45,7 @@ test: $(TEST)
 	@$(BIN)/lint-imports
 	@echo "== Tests (pytest, two at a time; coverage by line in build/coverage)"
 	@mkdir -p build
-	@COVERAGE_FILE=build/.coverage $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=
+	@COVERAGE_FILE=build/.coverage $(SCREEN) $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=
 	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
 
 benchmarks: $(TEST)

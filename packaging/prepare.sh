@@ -59,13 +59,13 @@ requirements() {
 }
 
 libraries() {
-    missing=$("$venv" packaging/missing_libraries.py)
+    missing=$("$venv" packaging/missing_libraries.py "$1")
     [ -z "$missing" ] && return
     # Words on purpose: one package each.
     # shellcheck disable=SC2086
     packages $missing
-    missing=$("$venv" packaging/missing_libraries.py)
-    [ -z "$missing" ] || stop "the libraries of $missing still cannot be loaded"
+    missing=$("$venv" packaging/missing_libraries.py "$1")
+    [ -z "$missing" ] || stop "what $missing should bring still cannot be loaded"
 }
 
 case ${1:-} in
@@ -74,11 +74,12 @@ run)
     say "Installing what Georibbon runs on (packaging/requirements.lock)"
     requirements -r packaging/requirements.lock -r packaging/requirements-build.lock
     install --no-deps --no-build-isolation --editable .
-    libraries
+    libraries run
     ;;
 test)
     say "Installing what the tests need (packaging/requirements-dev.lock)"
     requirements -r packaging/requirements-dev.lock
+    libraries test
     ;;
 *)
     stop "say what to prepare: prepare.sh run, or prepare.sh test"

@@ -22,9 +22,17 @@ def test_own_and_pythons_come_first():
 
 
 def test_what_is_needed_to_run_is_listed(listed):
-    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2"}
-    indirect = {"pillow", "markupsafe", "fonttools", "kiwisolver"}
+    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2", "pyside6_essentials", "pyqtgraph"}
+    indirect = {"pillow", "markupsafe", "fonttools", "kiwisolver", "shiboken6"}
     assert direct | indirect <= set(listed)
+
+
+def test_the_window_toolkit_is_under_the_lesser_licence_with_both_texts(listed):
+    for name in ("pyside6_essentials", "shiboken6"):
+        assert listed[name].licence.startswith("LGPL-3.0-only")
+        lesser, general = listed[name].texts
+        assert "GNU LESSER GENERAL PUBLIC LICENSE" in lesser
+        assert "TERMS AND CONDITIONS" in general
 
 
 def test_tools_are_not(listed):

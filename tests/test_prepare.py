@@ -77,8 +77,9 @@ def test_make_helps_with_every_target():
     assert targets == {"demo", "test", "benchmarks", "lock", "clean"}
 
 
-def test_pictures_can_be_drawn_here():
-    """Where the tests run, nothing that pictures need is missing."""
-    script = [sys.executable, "packaging/missing_libraries.py"]
+@pytest.mark.parametrize("purpose", ["run", "test"])
+def test_pictures_and_windows_can_be_drawn_here(purpose):
+    """Where the tests run, nothing that pictures and windows need is missing."""
+    script = [sys.executable, "packaging/missing_libraries.py", purpose]
     run = subprocess.run(script, cwd=ROOT, capture_output=True, text=True, check=True)
     assert run.stdout == ""

@@ -12,10 +12,14 @@ from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
+from georibbon.resources import resource
+
 PROGRAM = "georibbon"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _LICENCE_FILE = re.compile(r"(^|[-_./ ])(licen[cs]es?|copying|notice|copyright)", re.IGNORECASE)
 _LONGEST_NAME = 60
+# Texts that Georibbon brings along for packages whose files hold none.  The LGPL adds to the GPL.
+_TEXTS = {"LGPL-3.0-only": ("licences/LGPL-3.0.txt", "licences/GPL-3.0.txt")}
 
 
 @dataclass(frozen=True)
@@ -91,10 +95,22 @@ def _field(package: Distribution, name: str) -> list[str]:
 
 
 def _texts(package: Distribution) -> tuple[str, ...]:
-    """The licence files in the package's metadata folder, in the order of their names."""
+    """The licence files in the package's metadata folder, in the order of their names.
+
+    Where there are none, the texts of the licences that its metadata names and
+    that Georibbon brings along.
+    """
     files = sorted(
         file
         for file in package.files or ()
         if ".dist-info" in file.parts[0] and _LICENCE_FILE.search("/".join(file.parts[1:]))
     )
-    return tuple(file.read_text(encoding="utf-8") for file in files)
+    if files:
+        return tuple(file.read_text(encoding="utf-8") for file in files)
+    named = re.split(r"[ (),]+", _named(package))
+    return tuple(
+        resource(path).read_text(encoding="utf-8")
+        for licence, paths in _TEXTS.items()
+        if licence in named
+        for path in paths
+    )

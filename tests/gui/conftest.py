@@ -1,0 +1,49 @@
+"""What the window's tests share: the platform, the application, and nothing left behind."""
+
+import gc
+import os
+import threading
+
+import pytest
+from PySide6.QtCore import QEvent, QThreadPool, QTimer
+from PySide6.QtWidgets import QApplication
+
+# `make test` brings a display of its own; without one all but the OpenGL view can be tested.
+if "QT_QPA_PLATFORM" not in os.environ:
+    os.environ["QT_QPA_PLATFORM"] = "xcb" if os.environ.get("DISPLAY") else "offscreen"
+
+
+@pytest.fixture(scope="session")
+def qapp_cls():
+    """The application as the program makes it, as far as must be before any window."""
+    from georibbon.gui.scene_view import ask_for_surfaces
+
+    ask_for_surfaces()
+    return QApplication
+
+
+@pytest.fixture(autouse=True)
+def nothing_left(qapp):
+    """No top-level widget, running timer, worker or thread outlives a test."""
+    threads = set(threading.enumerate())
+    yield
+    QThreadPool.globalInstance().waitForDone()
+    for widget in QApplication.topLevelWidgets():
+        widget.close()
+    _settle()
+    left = [widget for widget in QApplication.topLevelWidgets() if widget.parent() is None]
+    timers = [timer for timer in qapp.findChildren(QTimer) if timer.isActive()]
+    for widget in left:
+        widget.deleteLater()
+    _settle()
+    assert not timers, f"timers still run: {timers}"
+    kept = [one for one in threading.enumerate() if one not in threads and not one.daemon]
+    assert not kept, f"threads still run: {kept}"
+
+
+def _settle():
+    """Deliver what waits, delete what is to be deleted, collect what nobody holds."""
+    QApplication.processEvents()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    QApplication.processEvents()
