@@ -1,21 +1,19 @@
 """``georibbon demo``: all of it, once, on an object worth looking at."""
 
 import argparse
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from georibbon.cli import reconstruction
 from georibbon.cli.arguments import Parser
 from georibbon.cli.outputs import Outputs
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import ExportError
-from georibbon.resources import resource
 
 if TYPE_CHECKING:
-    from georibbon.simulation import Score, SimulationSettings
+    from georibbon.simulation import Score
 
 DESCRIPTION = """\
 Capture a virtual car bonnet with a virtual ribbon that is as imperfect as a real one,
@@ -54,12 +52,13 @@ def run(arguments: argparse.Namespace) -> None:
     from georibbon.reconstruction import reconstruct
     from georibbon.session.file import create_session, read_session
     from georibbon.simulation import score, simulate
+    from georibbon.simulation.demonstration import demonstration_settings
 
     folder: Path = arguments.output
     wanted = _wanted(folder)
     targets = [folder / SESSION, *reconstruction.targets(wanted)]
     with _made(folder), Outputs(targets) as outputs:
-        simulation = simulate(_settings())
+        simulation = simulate(demonstration_settings())
         session = outputs.place(folder / SESSION)
         create_session(session, simulation.recording)
         result = reconstruct(read_session(session), reconstruction.settings_from(wanted))
@@ -102,26 +101,6 @@ def _made(folder: Path) -> Iterator[None]:
             for path in missing:
                 path.rmdir()
         raise
-
-
-def _settings() -> "SimulationSettings":
-    """The virtual capture that resources/demonstration.toml describes."""
-    from georibbon.cli.simulation import changed
-    from georibbon.simulation import SimulationSettings
-
-    text = resource("demonstration.toml").read_text(encoding="utf-8")
-    return changed(SimulationSettings(), _flat(tomllib.loads(text)))
-
-
-def _flat(table: dict[str, Any], room: str = "") -> dict[str, Any]:
-    """Nested tables as dotted names, lists as tuples."""
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, dict):
-            flat |= _flat(value, f"{room}{key}.")
-        else:
-            flat[room + key] = tuple(value) if isinstance(value, list) else value
-    return flat
 
 
 def _print_score(found: "Score") -> None:

@@ -1,9 +1,8 @@
 """``georibbon simulate``: a virtual capture from words."""
 
 import argparse
-import dataclasses
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -232,7 +231,7 @@ def default_of(settings: "SimulationSettings", setting: str) -> object:
 
 def settings_from(arguments: argparse.Namespace) -> "SimulationSettings":
     """The settings that the words ask for."""
-    from georibbon.simulation.settings import SimulationSettings
+    from georibbon.simulation.settings import SimulationSettings, changed
 
     settings = SimulationSettings(
         surface=arguments.surface,
@@ -245,18 +244,6 @@ def settings_from(arguments: argparse.Namespace) -> "SimulationSettings":
         settings,
         {name: tuple(value) if name in REPEATED else value for name, value in given.items()},
     )
-
-
-def changed(settings: "SimulationSettings", values: Mapping[str, object]) -> "SimulationSettings":
-    """The settings with some changed, by their dotted names; each room's all at once."""
-    own: dict[str, Any] = {}
-    rooms: dict[str, dict[str, Any]] = {}
-    for name, value in values.items():
-        room, _, key = name.rpartition(".")
-        (rooms.setdefault(room, {}) if room else own)[key] = value
-    for room, changes in rooms.items():
-        own[room] = dataclasses.replace(getattr(settings, room), **changes)
-    return dataclasses.replace(settings, **own)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from georibbon.errors import RecordingError, SessionError
 from georibbon.recording import Recording
+from georibbon.session.events import EVERY_PASS
 from georibbon.session.files import kind_of
 from georibbon.session.folder import TOML_NAME, read_recording
 from georibbon.session.words import told
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
+    from georibbon.session.state import SessionState
 
 SMOOTHING = "smoothing"
 
@@ -54,13 +56,21 @@ def load(path: Path, complete: bool = True) -> Loaded:
         recording = recording_of(
             state, lambda part: read_part(database, part, state), path.name, complete
         )
-    names = {run.name for run in recording.passes} | {"*"}
-    smoothing = {
-        name: _metres(value, name, path)
-        for (name, key), value in state.settings.items()
-        if key == SMOOTHING and name in names
-    }
+    smoothing = smoothing_of(state, path.name)
     return Loaded(recording, None if recording.poses else state.calibration, smoothing)
+
+
+def smoothing_of(state: "SessionState", name: str) -> dict[str, float]:
+    """The smoothing that a session asks for, metres, by the name of a pass it has or "*".
+
+    name: the session's, for messages.  Raises SessionError for what is no length.
+    """
+    names = {run.name for run in state.passes} | {EVERY_PASS}
+    return {
+        whose: _metres(value, whose, name)
+        for (whose, key), value in state.settings.items()
+        if key == SMOOTHING and whose in names
+    }
 
 
 def folder_of(path: Path) -> Path | None:
@@ -84,10 +94,10 @@ def folder_of(path: Path) -> Path | None:
     return None
 
 
-def _metres(value: object, name: str, path: Path) -> float:
+def _metres(value: object, whose: str, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise SessionError(
-            f"{path.name}: the smoothing of {told(name)} is {told(value)}; a number of metres is "
+            f"{name}: the smoothing of {told(whose)} is {told(value)}; a number of metres is "
             "expected"
         )
     return float(value)

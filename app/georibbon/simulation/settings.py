@@ -1,9 +1,9 @@
 """Every property of a virtual capture."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import Literal
+from typing import Any, Literal
 
 from georibbon.calibration.plans import PLANS
 from georibbon.errors import SettingsError
@@ -206,3 +206,15 @@ class SimulationSettings:
         _within("the yaw (degrees)", self.yaw or 0.0, -360.0, 360.0)
         _within("frames in each file", self.frames, 2, 100000)
         _within("the seed", self.seed, 0, 2**63)
+
+
+def changed(settings: SimulationSettings, values: Mapping[str, object]) -> SimulationSettings:
+    """The settings with some changed, by their dotted names; each room's all at once."""
+    own: dict[str, Any] = {}
+    rooms: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        room, _, key = name.rpartition(".")
+        (rooms.setdefault(room, {}) if room else own)[key] = value
+    for room, changes in rooms.items():
+        own[room] = replace(getattr(settings, room), **changes)
+    return replace(settings, **own)
