@@ -43,6 +43,38 @@ def test_everything_is_inside_the_region_and_touches_two_opposite_edges(
     assert min(slack_low[0] + slack_high[0], slack_low[1] + slack_high[1]) < 1e-9
 
 
+@given(
+    seed=st.integers(0, 10_000),
+    aspect=st.floats(0.4, 3.0),
+    vertical=st.sampled_from([None, 1.0, -1.0]),
+)
+def test_in_parallel_everything_is_inside_in_front_and_touches_two_opposite_edges(
+    seed, aspect, vertical
+):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(30, 3)) * np.array([1.0, 0.5, 2.0])
+    direction = view_direction(rng.normal(size=(4, 3)))
+    if vertical is not None:
+        direction = np.array([0.0, 0.0, vertical])
+    region = Region(left=0.9, right=0.6, bottom=0.8, top=0.95)
+    view = fit_view(points, direction, aspect, region, parallel=True)
+    relative = points - view.focus
+    x = relative @ np.cross(view.up, direction) / (aspect * view.half_height)
+    y = relative @ view.up / view.half_height
+    slack = np.array([region.left + x, region.right - x, region.bottom + y, region.top - y])
+    left, right, bottom, top = slack.min(axis=1)
+    assert min(left, right, bottom, top) > -1e-9
+    assert min(left + right, bottom + top) < 1e-9
+    assert np.min((view.position - points) @ direction) > 0
+
+
+@pytest.mark.parametrize("height", [1.0, -1.0])
+def test_looking_along_z_north_is_up(height):
+    points = np.random.default_rng(0).normal(size=(9, 3))
+    view = fit_view(points, np.array([0.0, 0.0, height]), 1.5, Region())
+    assert view.up == pytest.approx([0, 1, 0])
+
+
 @pytest.mark.parametrize("towards", [1, -1])
 def test_the_camera_stands_on_the_side_the_normals_point_to(towards):
     direction = view_direction(np.tile([0.0, 0.0, float(towards)], (5, 1)))

@@ -1,80 +1,350 @@
-"""The 3D view as a widget."""
+"""The 3D view as a widget: drawn by OpenGL where Qt can have it, as a picture where not.
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage, QPainter, QSurfaceFormat
+VTK is loaded with the first result, so that the window can show before.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QRect, Qt, QThread
+from PySide6.QtGui import (
+    QGuiApplication,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QOffscreenSurface,
+    QOpenGLContext,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QSurface,
+    QSurfaceFormat,
+    QWheelEvent,
+)
+from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
 
+from georibbon.errors import ExportError
+
+if TYPE_CHECKING:
+    from georibbon.gui.scene_stage import Stage
+    from georibbon.reconstruction import Reconstruction
+
 STANDARD_VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
+_VERSION = (3, 2)
+_NO_OPENGL = (
+    "offscreen",
+    "minimal",
+    "linuxfb",
+    "vnc",
+)  # Qt platforms that draw none of its widgets
+_DEPTH_LESS_OR_EQUAL, _COLOUR_BUFFER = 0x0203, 0x4000  # GL_LEQUAL, GL_COLOR_BUFFER_BIT
+_BUTTONS = {
+    Qt.MouseButton.LeftButton: "LeftButton",
+    Qt.MouseButton.MiddleButton: "MiddleButton",
+    Qt.MouseButton.RightButton: "RightButton",
+}
+_TURNS = {
+    Qt.Key.Key_Left: (-5.0, 0.0),
+    Qt.Key.Key_Right: (5.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 5.0),
+    Qt.Key.Key_Down: (0.0, -5.0),
+}
+_ZOOMS = {
+    Qt.Key.Key_Plus: 1.1,
+    Qt.Key.Key_Equal: 1.1,
+    Qt.Key.Key_Minus: 1 / 1.1,
+}
 
 
 def ask_for_surfaces() -> None:
-    """Ask for the OpenGL surfaces that VTK draws on; before any window is made."""
+    """Ask Qt for the OpenGL surfaces that VTK draws on; to be called before any window is made."""
     asked = QSurfaceFormat()
     asked.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
-    asked.setVersion(3, 2)
+    asked.setVersion(*_VERSION)
     asked.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
-    asked.setSamples(0)
+    asked.setSamples(0)  # by software, four samples take six times as long
     asked.setDepthBufferSize(24)
     QSurfaceFormat.setDefaultFormat(asked)
 
 
-def make_view(parent: QWidget | None = None) -> "ImageView":
-    """The view that can be had here."""
-    return ImageView(parent)
+def make_view(parent: QWidget | None = None) -> SceneView | ImageView:
+    """The best view that can be had here."""
+    return SceneView(parent) if opengl_works() else ImageView(parent)
 
 
-class ImageView(QWidget):
-    """A view that draws off screen and shows the picture."""
+def opengl_works() -> bool:
+    """Whether Qt's widgets can be drawn by OpenGL here, in a version that VTK can use."""
+    if QGuiApplication.platformName() in _NO_OPENGL:
+        return False
+    context, surface = QOpenGLContext(), QOffscreenSurface()
+    surface.create()
+    if not (context.create() and context.makeCurrent(surface)):
+        return False
+    version = context.format().version()
+    context.doneCurrent()
+    return tuple(version) >= _VERSION
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+
+class _View:
+    """What both kinds of view have in common: the mixin of a QWidget."""
+
+    _stage: Stage | None = None
+    _reconstruction: Reconstruction | None = None
+    _parallel = False
+    _ratio = 0.0
+
+    def _prepare(self) -> None:
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._reconstruction = None
-        self._picture = QImage()
+        self.setMinimumSize(160, 120)
+        self.setAccessibleName("3D view")
+        self.setAccessibleDescription(
+            "Drag to turn, with Shift to move, wheel to zoom; arrow keys turn, plus and minus zoom"
+        )
 
-    def show_scene(self, reconstruction) -> None:
-        """Show a result, or nothing."""
+    def show_scene(self, reconstruction: Reconstruction | None) -> None:
+        """Show a result, or nothing; the camera stays where it was if there was one before."""
         self._reconstruction = reconstruction
+        if reconstruction is not None:
+            self._load()
+        if self._stage is not None:
+            self._stage.show(reconstruction, self._font_size())
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw anew at the next turn of the event loop."""
+        """Draw anew at the next turn of the event loop, once however often it is asked."""
         self.update()
 
     def fit(self) -> None:
-        """Move the camera so that everything is seen."""
-        self.refresh()
+        """Move the camera so that everything is seen, from the side it is on."""
+        if self._stage is not None:
+            self._stage.fit()
 
     def standard_view(self, name: str) -> None:
-        """Look from one of STANDARD_VIEWS."""
+        """See everything from one of STANDARD_VIEWS; "iso" is the side that shows most."""
         if name not in STANDARD_VIEWS:
             raise ValueError(f"there is no view {name}")
-        self.refresh()
+        if self._stage is not None:
+            self._stage.standard_view(name)
 
     def set_parallel(self, parallel: bool) -> None:
-        """Parallel projection, or perspective."""
+        """Draw in parallel projection, or in perspective."""
         self._parallel = parallel
-        self.refresh()
+        if self._stage is not None:
+            self._stage.set_parallel(parallel)
+
+    def _load(self) -> None:
+        """Make the stage when it is first needed."""
+        if self._stage is None:
+            self._stage = self._make_stage()
+            self._stage.set_parallel(self._parallel)
+            self._follow_size()
+
+    def _follow_size(self) -> None:
+        """Give the stage the widget's size in device pixels, and its words their size."""
+        if self._stage is None:
+            return
+        ratio = self.devicePixelRatioF()
+        self._stage.resize(round(self.width() * ratio), round(self.height() * ratio))
+        if ratio != self._ratio:
+            self._ratio = ratio
+            if self._reconstruction is not None:
+                self._stage.show(self._reconstruction, self._font_size())
+
+    def _font_size(self) -> int:
+        return round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
+
+    # --- the hand ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin to turn, to move or to zoom."""
+        self._button(event, "Press")
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End it."""
+        self._button(event, "Release")
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn, move or zoom."""
+        if self._stage is not None:
+            self._point(event)
+            self._stage.interactor.MouseMoveEvent()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom by the wheel's angle, however finely it is told."""
+        if self._stage is not None and event.angleDelta().y():
+            self._stage.zoom(1.1 ** (event.angleDelta().y() / 120.0))
+            event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Turn by the arrows, zoom by plus and minus, fit by Home."""
+        if self._stage is None:
+            super().keyPressEvent(event)
+        elif event.key() in _TURNS:
+            self._stage.turn(*_TURNS[event.key()])
+        elif event.key() in _ZOOMS:
+            self._stage.zoom(_ZOOMS[event.key()])
+        elif event.key() == Qt.Key.Key_Home:
+            self._stage.fit()
+        else:
+            super().keyPressEvent(event)
+
+    def _button(self, event: QMouseEvent, what: str) -> None:
+        name = _BUTTONS.get(event.button())
+        if self._stage is not None and name is not None:
+            self._point(event)
+            getattr(self._stage.interactor, f"{name}{what}Event")()
+
+    def _point(self, event: QMouseEvent) -> None:
+        ratio, at, keys = self.devicePixelRatioF(), event.position(), event.modifiers()
+        self._stage.point(
+            round(at.x() * ratio),
+            round(at.y() * ratio),
+            bool(keys & Qt.KeyboardModifier.ControlModifier),
+            bool(keys & Qt.KeyboardModifier.ShiftModifier),
+        )
+
+
+class SceneView(_View, QOpenGLWidget):
+    """A view that VTK draws straight into the widget's framebuffer."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._prepare()
+        self._context: QOpenGLContext | None = None
+        self._surface: QSurface | None = None
+        self._begun = False
 
     def image(self) -> QImage:
         """What is seen, in device pixels."""
-        self._draw()
-        return self._picture
+        return self.grabFramebuffer()
 
-    def paintEvent(self, event) -> None:
-        """Paint the picture."""
-        self._draw()
-        with QPainter(self) as painter:
-            painter.drawImage(self.rect(), self._picture)
+    def initializeGL(self) -> None:
+        """A context was made: the first, or another after the widget moved to another window."""
+        self._context = self.context()
+        self._surface = self._context.surface()
+        self._context.aboutToBeDestroyed.connect(self._release)
 
-    def _draw(self) -> None:
-        self._picture = QImage(self.size(), QImage.Format.Format_RGB32)
-        self._picture.fill(Qt.GlobalColor.white)
-        if self._reconstruction is not None:
-            from georibbon.scene.offscreen import render
+    def resizeGL(self, _width: int, _height: int) -> None:
+        """The size changed."""
+        self._follow_size()
 
-            rows = render(self._reconstruction, (self.width(), self.height()))
+    def paintGL(self) -> None:
+        """Draw, with the context current."""
+        self._follow_size()
+        if self._stage is None or not self._draw():
+            colour = self.palette().base().color()
+            functions = self.context().functions()
+            functions.glClearColor(colour.redF(), colour.greenF(), colour.blueF(), 1.0)
+            functions.glClear(_COLOUR_BUFFER)
+
+    def _draw(self) -> bool:
+        window = self._stage.window
+        window.SetReadyForRendering(True)
+        if not self._begun:
+            window.OpenGLInit()  # finds OpenGL's functions in this context
+            self._begun = True
+        state = window.GetState()
+        state.Reset()
+        state.Push()
+        state.vtkglDepthFunc(_DEPTH_LESS_OR_EQUAL)  # Qt leaves another one
+        drawn = self._stage.draw()
+        state.Pop()
+        window.SetReadyForRendering(False)
+        return drawn
+
+    def _make_stage(self) -> Stage:
+        from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow
+
+        from georibbon.gui.scene_stage import Stage
+
+        window = vtkGenericOpenGLRenderWindow()
+        window.SetMultiSamples(0)
+        window.SetFrameBlitModeToBlitToCurrent()
+        window.SetForceMaximumHardwareLineWidth(1)
+        window.SetOwnContext(0)
+        window.SetReadyForRendering(False)
+        window.AddObserver("WindowMakeCurrentEvent", self._make_current)
+        window.AddObserver("WindowIsCurrentEvent", self._tell_current)
+        return Stage(window, self.refresh)
+
+    def _make_current(self, *_: object) -> None:
+        # Not by the widget, which would also bind its own framebuffer in the middle of drawing.
+        context = self._context
+        if context is None or QOpenGLContext.currentContext() is context:
+            return
+        if QThread.currentThread() is self.thread():
+            context.makeCurrent(self._surface)
+
+    def _tell_current(self, window, *_: object) -> None:
+        current = QOpenGLContext.currentContext()
+        window.SetIsCurrent(current is not None and current is self._context)
+
+    def _release(self) -> None:
+        """The context is about to go: all that VTK made in it must go before."""
+        context, self._context = self._context, None
+        self._begun = False
+        if self._stage is not None and context is not None:
+            self.makeCurrent()
+            self._stage.close()
+            self.doneCurrent()
+
+
+class ImageView(_View, QWidget):
+    """A view that VTK draws off screen and that Qt paints as a picture."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._prepare()
+        self.fault = ""
+
+    def show_scene(self, reconstruction: Reconstruction | None) -> None:
+        """Show a result, or nothing; or why it cannot be drawn here."""
+        try:
+            super().show_scene(reconstruction)
+        except ExportError as error:
+            self.fault = str(error)
+            self.update()
+
+    def image(self) -> QImage:
+        """What is seen, in device pixels."""
+        self._follow_size()
+        ratio = self.devicePixelRatioF()
+        image = QImage(self.size() * ratio, QImage.Format.Format_RGB888)
+        image.setDevicePixelRatio(ratio)
+        image.fill(self.palette().base().color())
+        if self._stage is not None and self._stage.draw():
+            from georibbon.scene.offscreen import pixels
+
+            rows = pixels(self._stage.window)
             height, width, _ = rows.shape
-            self._picture = QImage(
-                rows.tobytes(), width, height, 3 * width, QImage.Format.Format_RGB888
-            ).copy()
+            image = QImage(rows.tobytes(), width, height, 3 * width, QImage.Format.Format_RGB888)
+            image = image.copy()  # with memory of its own
+            image.setDevicePixelRatio(ratio)
+        return image
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture, or why there is none."""
+        image = self.image()
+        with QPainter(self) as painter:
+            painter.drawImage(0, 0, image)
+            if self.fault:
+                room = QRect(self.rect()).adjusted(24, 24, -24, -24)
+                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(room, flags, self.fault)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The size changed."""
+        self._follow_size()
+
+    def _make_stage(self) -> Stage:
+        from georibbon.gui.scene_stage import Stage
+        from georibbon.scene.offscreen import offscreen_window
+
+        window = offscreen_window((self.width(), self.height()))
+        window.SetMultiSamples(0)
+        stage = Stage(window, self.refresh)
+        self.destroyed.connect(partial(Stage.close, stage))
+        return stage

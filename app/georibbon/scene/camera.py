@@ -11,17 +11,24 @@ from georibbon.world import UP
 _DIRECTIONS = np.array(
     [[x, y, z] for z in (0.95, -0.95) for x, y in ((-0.7, -1), (0.7, -1), (-0.7, 1), (0.7, 1))]
 )
+_NORTH = np.array([0.0, 1.0, 0.0])
+_VERTICAL = 1e-6  # radians from looking along z
 _ANGLE = np.radians(24.0)  # the full vertical one: a moderate telephoto, with little distortion
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """position, focus: (3,) metres; up: (3,) unit; angle: radians, the full vertical one."""
+    """Where the camera stands and how it is turned.
+
+    position, focus: (3,) metres; up: (3,) unit; angle: radians, the full vertical
+    one.  half_height: metres, what a parallel projection shows above the focus.
+    """
 
     position: FloatArray
     focus: FloatArray
     up: FloatArray
     angle: float
+    half_height: float
 
 
 @dataclass(frozen=True)
@@ -52,26 +59,39 @@ def fit_view(
     direction: FloatArray,
     aspect: float,
     region: Region,
+    parallel: bool = False,
 ) -> View:
     """The nearest view along `direction` from which all points lie in the region.
 
-    points: (n, 3) metres; aspect: width over height of the picture.  In camera
+    points: (n, 3) metres; aspect: width over height of the picture; parallel:
+    whether lines that are parallel are drawn so.  z is up in the picture, and
+    y where the camera looks along z.  In camera
     axes (right r, up u, towards the camera w) a point at distance D - w in front
     of the camera is inside the right edge when r - c <= a (D - w), with a the
     tangent of that edge; so for each pair of opposite edges max(r + a w) - c <= a D
     and max(-r + b w) + c <= b D, whose sum gives the smallest D.
+    In parallel projection w plays no part; D is then the distance at which the
+    perspective would show the focus as large, and the camera stands as far off
+    that nothing is behind it.
     """
     right = np.cross(UP, direction)
+    if np.linalg.norm(right) < _VERTICAL:
+        right = np.cross(_NORTH, direction)
     right /= np.linalg.norm(right)
     up = np.cross(direction, right)
     origin = points.mean(axis=0)
     r, u, w = ((points - origin) @ np.column_stack((right, up, direction))).T
     half = np.tan(_ANGLE / 2)
+    nearest = float(w.max())
+    if parallel:
+        w = np.zeros_like(w)
     across = _Edges(r, w, half * aspect * region.left, half * aspect * region.right)
     upward = _Edges(u, w, half * region.bottom, half * region.top)
     distance = max(across.distance, upward.distance)
     focus = origin + across.centre(distance) * right + upward.centre(distance) * up
-    return View(focus + distance * direction, focus, up, float(_ANGLE))
+    away = max(distance, 2.0 * nearest) if parallel else distance
+    half_height = float(half * distance)
+    return View(focus + away * direction, focus, up, float(_ANGLE), half_height)
 
 
 class _Edges:

@@ -32,7 +32,7 @@ def render(reconstruction: Reconstruction, size: tuple[int, int]) -> NDArray[np.
         scene.attach(window)
         scene.frame(width / height)
         window.Render()
-        return _pixels(window)
+        return pixels(window)
     finally:
         window.Finalize()
 
@@ -55,7 +55,8 @@ def offscreen_window(size: tuple[int, int]) -> vtkRenderWindow:
     return window
 
 
-def _pixels(window: vtkRenderWindow) -> NDArray[np.uint8]:
+def pixels(window: vtkRenderWindow) -> NDArray[np.uint8]:
+    """What was drawn, (height, width, 3) uint8, sRGB, upper row first."""
     width, height = window.GetSize()
     data = vtkUnsignedCharArray()
     window.GetPixelData(0, 0, width - 1, height - 1, 1, data, 0)

@@ -76,14 +76,21 @@ class Scene:
         window.AddRenderer(self.renderer)
         window.AddRenderer(self.overlay)
 
-    def frame(self, aspect: float) -> None:
-        """Put the camera where everything fits a picture of this width over height."""
-        view = fit_view(self._points, self.direction, aspect, _FRAMED)
+    def frame(self, aspect: float, direction: FloatArray | None = None) -> None:
+        """Put the camera where everything fits a picture of this width over height.
+
+        direction: (3,) unit vector from the object to the camera; the scene's own
+        where None.  The camera's kind of projection is kept.
+        """
         camera = self.renderer.GetActiveCamera()
+        towards = self.direction if direction is None else direction
+        parallel = bool(camera.GetParallelProjection())
+        view = fit_view(self._points, towards, aspect, _FRAMED, parallel)
         camera.SetPosition(*view.position.tolist())
         camera.SetFocalPoint(*view.focus.tolist())
         camera.SetViewUp(*view.up.tolist())
         camera.SetViewAngle(float(np.degrees(view.angle)))
+        camera.SetParallelScale(view.half_height)
         self.renderer.ResetCameraClippingRange()
         self.follow()
 

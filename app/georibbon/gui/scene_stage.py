@@ -1,0 +1,183 @@
+"""What stands in a 3D view and how a hand moves it: VTK without a widget, loaded when needed."""
+
+from collections.abc import Callable
+
+import numpy as np
+import vtkmodules.vtkRenderingFreeType
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
+from vtkmodules.vtkRenderingCore import vtkCamera, vtkRenderWindow
+from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
+
+from georibbon.reconstruction import Reconstruction
+from georibbon.scene.scene import Scene
+from georibbon.world import UP
+
+# Loaded for what loading does: they register the drawing of text and of everything else.
+_REGISTERED = (vtkmodules.vtkRenderingFreeType, vtkmodules.vtkRenderingOpenGL2)
+
+_STEEPEST = 89.0  # degrees, of the view that the keys turn
+# From the object to the camera; "iso" is the scene's own.
+DIRECTIONS = {
+    "front": (0.0, -1.0, 0.0),
+    "back": (0.0, 1.0, 0.0),
+    "left": (-1.0, 0.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+    "top": (0.0, 0.0, 1.0),
+    "bottom": (0.0, 0.0, -1.0),
+}
+
+
+class Stage:
+    """One render window, the scene on it, its camera and its trackball.
+
+    changed: called when there is something to draw; nothing is drawn but by
+    `draw()`, which needs the window's context current and its size set.
+    """
+
+    def __init__(self, window: vtkRenderWindow, changed: Callable[[], None]) -> None:
+        self.window = window
+        self._changed = changed
+        self._scene: Scene | None = None
+        self._shown: Scene | None = None
+        self._framed: str | None = None  # the view to return to when the size changes
+        self._parallel = False
+        self._size = (1, 1)
+        self.interactor = vtkGenericRenderWindowInteractor()
+        self.interactor.EnableRenderOff()
+        self.interactor.SetRenderWindow(window)
+        self.interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
+        self.interactor.Initialize()
+        self.interactor.AddObserver("RenderEvent", self._moved)
+
+    def show(self, reconstruction: Reconstruction | None, font_size: int) -> None:
+        """Put a result on the stage; the camera stays where it was if there was one before."""
+        before = self._scene
+        self._scene = None if reconstruction is None else Scene(reconstruction, font_size)
+        if self._scene is not None:
+            self._scene.renderer.SetBackgroundAlpha(1.0)  # else what is behind the window shines in
+            self._scene.renderer.UseFXAAOn()
+            if before is None:
+                self._frame("iso")
+            else:
+                camera = vtkCamera()
+                camera.DeepCopy(before.renderer.GetActiveCamera())
+                self._scene.renderer.SetActiveCamera(camera)
+        self._changed()
+
+    def resize(self, width: int, height: int) -> None:
+        """The window's size in device pixels."""
+        if (width, height) == self._size:
+            return
+        self._size = (width, height)
+        self.window.SetSize(width, height)
+        self.interactor.UpdateSize(width, height)
+        if self._framed is not None:
+            self._frame(self._framed)
+
+    def draw(self) -> bool:
+        """Draw the scene; False where there is none."""
+        if self._shown is not self._scene:
+            self._clear()
+            if self._scene is not None:
+                self._scene.attach(self.window)
+            self._shown = self._scene
+        if self._scene is None:
+            return False
+        self._scene.renderer.ResetCameraClippingRange()
+        self._scene.follow()
+        self.window.Render()
+        return True
+
+    def fit(self) -> None:
+        """Show everything, from the side that the camera is on."""
+        self._frame("")
+        self._changed()
+
+    def standard_view(self, name: str) -> None:
+        """Show everything from one side."""
+        self._frame(name)
+        self._changed()
+
+    def set_parallel(self, parallel: bool) -> None:
+        """Parallel projection, or perspective; what is at the focus keeps its size."""
+        self._parallel = parallel
+        if self._scene is not None:
+            self._project(self._scene.renderer.GetActiveCamera())
+        if self._framed is not None:
+            self._frame(self._framed)
+        self._changed()
+
+    def turn(self, across: float, upward: float) -> None:
+        """Turn the camera about the object, z up in the picture: degrees."""
+        if self._scene is None:
+            return
+        camera = self._scene.renderer.GetActiveCamera()
+        x, y, z = np.subtract(camera.GetPosition(), camera.GetFocalPoint()) / camera.GetDistance()
+        height = np.degrees(np.arcsin(z))
+        if abs(height) > _STEEPEST:  # from the top: begin where north is up
+            x, y = -np.sign(z) * np.array(camera.GetViewUp()[:2])
+        turned = np.arctan2(y, x) + np.radians(across)
+        height = np.radians(np.clip(height + upward, -_STEEPEST, _STEEPEST))
+        direction = (
+            np.cos(height) * np.cos(turned),
+            np.cos(height) * np.sin(turned),
+            np.sin(height),
+        )
+        camera.SetPosition(
+            *np.add(camera.GetFocalPoint(), camera.GetDistance() * np.array(direction))
+        )
+        camera.SetViewUp(*UP)
+        self._moved()
+
+    def zoom(self, factor: float) -> None:
+        """Come nearer by a factor above one, go away by one below."""
+        if self._scene is not None:
+            camera = self._scene.renderer.GetActiveCamera()
+            if self._parallel:
+                camera.SetParallelScale(camera.GetParallelScale() / factor)
+            else:
+                camera.Dolly(factor)
+            self._moved()
+
+    def point(self, x: int, y: int, control: bool, shift: bool) -> None:
+        """Where the pointer is: device pixels from the upper left corner."""
+        self.interactor.SetEventInformationFlipY(x, y, int(control), int(shift), "\0", 0, None)
+
+    def close(self) -> None:
+        """Give back what was taken of the graphics card, with the context current."""
+        self._clear()
+        self._shown = None
+        self.window.Finalize()
+
+    def _moved(self, *_: object) -> None:
+        self._framed = None
+        self._changed()
+
+    def _clear(self) -> None:
+        if self._shown is not None:
+            self.window.RemoveRenderer(self._shown.renderer)
+            self.window.RemoveRenderer(self._shown.overlay)
+
+    def _frame(self, name: str) -> None:
+        self._framed = name
+        if self._scene is None:
+            return
+        camera = self._scene.renderer.GetActiveCamera()
+        camera.SetParallelProjection(self._parallel)
+        direction = self._scene.direction
+        if name == "":
+            direction = np.subtract(camera.GetPosition(), camera.GetFocalPoint())
+            direction /= np.linalg.norm(direction)
+        elif name != "iso":
+            direction = np.array(DIRECTIONS[name])
+        self._scene.frame(self._size[0] / self._size[1], direction)
+
+    def _project(self, camera: vtkCamera) -> None:
+        """Change the projection without a jump in size."""
+        slope = np.tan(np.radians(camera.GetViewAngle()) / 2)
+        if self._parallel and not camera.GetParallelProjection():
+            camera.SetParallelScale(camera.GetDistance() * slope)
+        elif not self._parallel and camera.GetParallelProjection():
+            camera.Dolly(camera.GetDistance() * slope / camera.GetParallelScale())
+        camera.SetParallelProjection(self._parallel)
