@@ -271,9 +271,10 @@ window.close()
 
 @pytest.mark.parametrize("platform", ["offscreen", ""])
 def test_a_window_shows_before_vtk_is_loaded_and_ends_in_peace(platform):
+    chosen = {"QT_QPA_PLATFORM": platform} if platform else {}
     run = subprocess.run(
         [sys.executable, "-X", "dev", "-c", ALONE], check=False, capture_output=True, text=True,
-        cwd=Path(__file__).parents[2], env=os.environ | ({"QT_QPA_PLATFORM": platform} if platform else {}),
+        cwd=Path(__file__).parents[2], env=os.environ | chosen,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert "rror" not in run.stderr
