@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from georibbon.geometry.frames import (
     Strip,
     arc_angles,
+    curvatures,
     frames_from,
     interpolated,
     minimising_frame,
@@ -48,6 +49,26 @@ def test_a_strip_reversed_twice_is_itself_and_once_keeps_its_normals() -> None:
     assert np.allclose(again.s, strip.s)
     assert np.array_equal(again.points, strip.points)
     assert np.array_equal(again.frames, strip.frames)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 2, 2.5])
+def test_on_a_cylinder_the_curvatures_are_eulers(angle: float) -> None:
+    """A helix at an angle to the parallels: k = -cos²/r, t = sin cos / r, normal outwards."""
+    radius, s = 0.2, np.linspace(0.0, 0.5, 40)
+    turn = s * np.cos(angle) / radius
+    out = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(s)], axis=1)
+    around = np.stack([-np.sin(turn), np.cos(turn), np.zeros_like(s)], axis=1)
+    tangents = np.cos(angle) * around + np.sin(angle) * np.array([0.0, 0.0, 1.0])
+    points = radius * out + np.outer(s, [0.0, 0.0, np.sin(angle)])
+    strip = Strip(s, points, frames_from(tangents, out))
+    curvature, torsion = curvatures(strip)
+    assert np.allclose(curvature, -(np.cos(angle) ** 2) / radius, atol=1e-9)
+    # V' . N from differences, whatever the sign convention says.
+    slope = np.gradient(strip.conormals, s, axis=0, edge_order=2)
+    assert np.allclose(torsion, np.sum(slope * strip.normals, axis=1), atol=5e-3)
+    assert np.allclose(np.abs(torsion), np.abs(np.sin(angle) * np.cos(angle)) / radius, atol=1e-9)
+    back = curvatures(strip.reversed())
+    assert np.allclose(back, [curvature[::-1], torsion[::-1]], atol=1e-9)
 
 
 def test_zero_vectors_stay_zero() -> None:

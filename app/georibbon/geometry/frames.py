@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.rotations import skew
+from georibbon.rotations import log, skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,19 @@ class Strip:
         """The same curve run backwards: s -> L - s, tau -> -tau, V -> -V, N kept."""
         frames = self.frames[::-1] * np.array([-1.0, -1.0, 1.0])
         return Strip(self.s[-1] - self.s[::-1], self.points[::-1], frames)
+
+
+def curvatures(strip: Strip) -> tuple[FloatArray, FloatArray]:
+    """Normal curvature k and geodesic torsion t of a strip of two points or more: (n,) each, 1/m.
+
+    Positive curvature bends towards the normal, tau' . N = k, and V' . N = t.
+    With w the rotation vector from one frame to the next divided by the step,
+    k = -w2 and t = w1 between two points; at a point the mean of both sides.
+    """
+    turns = np.swapaxes(strip.frames[:-1], -1, -2) @ strip.frames[1:]
+    rates = log(turns) / np.diff(strip.s)[:, None]
+    at = 0.5 * (np.vstack((rates[:1], rates)) + np.vstack((rates, rates[-1:])))
+    return -at[:, 1], at[:, 0]
 
 
 def unit(vectors: FloatArray) -> FloatArray:
