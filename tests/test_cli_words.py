@@ -77,7 +77,6 @@ def test_the_examples_of_each_help_are_commands(words, capsys):
 @pytest.mark.parametrize(
     ("words", "named", "command"),
     [
-        ([], "COMMAND", "georibbon"),
         (["frobnicate"], "frobnicate", "georibbon"),
         (["reconstruct"], "SOURCE", "georibbon reconstruct"),
         (["simulate", "dome"], "--output", "georibbon simulate"),

@@ -2,11 +2,15 @@
 
 import gc
 import os
+import shutil
 import threading
 
 import pytest
 from PySide6.QtCore import QEvent, QThreadPool, QTimer
 from PySide6.QtWidgets import QApplication
+
+from georibbon.session.file import create_session
+from georibbon.session.folder import read_recording
 
 # `make test` brings a display of its own; without one all but the OpenGL view can be tested.
 if "QT_QPA_PLATFORM" not in os.environ:
@@ -47,3 +51,19 @@ def _settle():
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
     QApplication.processEvents()
+
+
+@pytest.fixture(scope="session")
+def kept(small_capture, tmp_path_factory):
+    """A session file that is only copied."""
+    path = tmp_path_factory.mktemp("kept") / "dome.georibbon"
+    create_session(path, read_recording(small_capture))
+    return path
+
+
+@pytest.fixture
+def session(kept, tmp_path):
+    """A session file of a small capture: 3 passes."""
+    path = tmp_path / "dome.georibbon"
+    shutil.copy(kept, path)
+    return path

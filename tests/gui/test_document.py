@@ -1,6 +1,5 @@
 """The document: reads and reconstructs beside the main thread, keeps and undoes what is changed."""
 
-import shutil
 import threading
 
 import pytest
@@ -8,8 +7,6 @@ from PySide6.QtCore import QThread
 
 from georibbon.errors import StorageError
 from georibbon.gui.document import Document
-from georibbon.session.file import create_session
-from georibbon.session.folder import read_recording
 from georibbon.session.session import Session
 from georibbon.session.source import load
 
@@ -21,22 +18,6 @@ def document(qapp):
     yield made
     made.end()
     made.deleteLater()
-
-
-@pytest.fixture(scope="module")
-def kept(small_capture, tmp_path_factory):
-    """A session file that is only copied."""
-    path = tmp_path_factory.mktemp("kept") / "dome.georibbon"
-    create_session(path, read_recording(small_capture))
-    return path
-
-
-@pytest.fixture
-def session(kept, tmp_path):
-    """A session file of a small capture."""
-    path = tmp_path / "dome.georibbon"
-    shutil.copy(kept, path)
-    return path
 
 
 def opened(document, path, qtbot):

@@ -1,4 +1,4 @@
-"""The command line: ``georibbon COMMAND …``.
+"""The command line: ``georibbon COMMAND …``; without a command it opens the window.
 
 Nothing heavy is imported here: a command's module is loaded when that command
 is asked for, and numpy and all else when it runs.
@@ -15,6 +15,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 
 from georibbon import __version__
 from georibbon.cli.arguments import Parser
@@ -42,6 +43,9 @@ Georibbon turns what a ribbon of accelerometers and magnetometers measures, laid
 a real surface in near-parallel passes, into that surface, with its uncertainty."""
 
 EPILOG = """\
+Without a command the window opens: `georibbon`, or `georibbon` with a session or a
+recording folder.
+
 examples:
   georibbon demo                 # see what it does, in build/demo
   georibbon info RECORDING       # what does this recording hold?
@@ -61,6 +65,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         _end_cleanly()
     _print_anything()
     try:
+        shown = window_for(words)
+        if shown is not None:
+            from georibbon.cli.window import run
+
+            return run(*shown)
         arguments, unknown = build_parser(words).parse_known_args(words)
         if unknown:  # told by the command itself, whose own help explains its words
             arguments.command.error(f"unrecognized arguments: {' '.join(unknown)}")
@@ -78,6 +87,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         return _tell(error, debug)
     return 0
+
+
+def window_for(words: Sequence[str]) -> tuple[Path | None] | None:
+    """What the window is to show, `(None,)` for its start page; None for a command's words.
+
+    A single word that is no command opens what lies there, or what its ending
+    says is a session.
+    """
+    rest = [word for word in words if word != "--debug"]
+    if not rest:
+        return (None,)
+    if len(rest) > 1 or rest[0].startswith("-") or rest[0] in COMMANDS:
+        return None
+    path = Path(rest[0])
+    there = path.suffix.lower() == ".georibbon" or (os.sep in rest[0] or path.exists())
+    return (path,) if there else None
 
 
 def _end_cleanly() -> None:

@@ -70,6 +70,7 @@ class Document(QObject):
         self._waiting: tuple[Callable[[], object], Callable[..., None], str] | None = None
         self._number = 0
         self._ended = False
+        self._failure: str | None = None
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     @property
@@ -119,6 +120,11 @@ class Document(QObject):
     def redoable(self) -> str | None:
         """What `redo` would do again, in words."""
         return None if self._source is None else self._source.redoable
+
+    @property
+    def failure(self) -> str | None:
+        """Why what is open cannot be reconstructed as it is now; None where it can."""
+        return self._failure
 
     @property
     def is_busy(self) -> bool:
@@ -285,6 +291,7 @@ class Document(QObject):
         if opening:  # another is to be opened: what came of this one is not wanted
             self._drop(result)
         elif isinstance(error, GeoribbonError):
+            self._failure = str(error) if then != self._opened else self._failure
             self.failed.emit(str(error))
         elif isinstance(error, OSError) and error.strerror:
             self.failed.emit(f"{error.filename or 'a file'}: {error.strerror}")
@@ -316,12 +323,12 @@ class Document(QObject):
 
     def _reconstructed(self, source: Opened, result: Reconstruction) -> None:
         if source is self._source:
-            self._result = result
+            self._result, self._failure = result, None
             self.reconstructed.emit(result)
 
     def _replace(self, source: Opened | None) -> None:
         old, self._source = self._source, source
-        self._stages, self._result = [], None
+        self._stages, self._result, self._failure = [], None, None
         self._preview.clear()
         if self._waiting is not None and self._waiting[1] != self._opened:
             self._waiting = None

@@ -1,0 +1,196 @@
+"""The passes: how good each is, its smoothing, and below why."""
+
+import math
+
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPolygonF
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from georibbon.gui.document import EVERY_PASS, Document
+from georibbon.gui.smoothing import SmoothingControl
+
+COLUMNS = ("Pass", "Kind", "Verdict", "σ (mm)", "Smoothing")
+NAME, KIND, VERDICT, SIGMA, SMOOTHING = range(len(COLUMNS))
+MOST_REASONS = 6
+AUTOMATIC, AS_ALL = "automatic", "as all"
+# Three to one and more against both palettes; the shape and the word say the same.
+COLOURS = {"good": "#2f9e5b", "acceptable": "#c27c0e", "redo": "#d9434e"}
+CORNERS = {"good": 24, "acceptable": 3, "redo": 4}
+
+
+class PassesPanel(QWidget):
+    """A table of the passes; the first line is for all of them.
+
+    chosen(names): the passes in the lines that a person selected.
+    """
+
+    chosen = Signal(list)
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._names: list[str] = []
+        self._controls: dict[str, SmoothingControl] = {}
+        self.table = QTableWidget(0, len(COLUMNS))
+        self.table.setHorizontalHeaderLabels(COLUMNS)
+        self.table.setAccessibleName("Passes")
+        self.table.verticalHeader().hide()
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setTabKeyNavigation(False)  # Tab goes on to the sliders
+        self.table.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(SMOOTHING, QHeaderView.ResizeMode.Stretch)
+        header.setMinimumSectionSize(40)
+        self.reasons = QLabel()
+        self.reasons.setWordWrap(True)
+        self.reasons.setTextFormat(Qt.TextFormat.PlainText)
+        self.reasons.setMargin(4)
+        self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.reasons.setAccessibleName("Why the passes are good or not")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self.reasons)
+        self.table.itemSelectionChanged.connect(self._show_reasons)
+        self.table.itemSelectionChanged.connect(lambda: self.chosen.emit(self.selected()))
+        document.changed.connect(self._changed)
+        document.reconstructed.connect(self._show_result)
+        self._changed("source")
+
+    def control(self, name: str) -> SmoothingControl:
+        """The smoothing of a pass, or of "*"."""
+        return self._controls[name]
+
+    def selected(self) -> list[str]:
+        """The names of the passes in the selected lines, in their order."""
+        rows = {index.row() for index in self.table.selectionModel().selectedRows()}
+        return [name for row, name in enumerate(self._names, start=1) if row in rows]
+
+    def text(self, name: str, column: int) -> str:
+        """What stands in a pass's line."""
+        return self.table.item(self._row(name), column).text()
+
+    def _row(self, name: str) -> int:
+        return 0 if name == EVERY_PASS else 1 + self._names.index(name)
+
+    def _changed(self, what: str) -> None:
+        passes = self._document.passes
+        if what == "source" or [one.name for one in passes] != self._names:
+            self._fill(passes)
+        self._show_smoothing()
+
+    def _fill(self, passes) -> None:
+        self.table.setRowCount(0)
+        self._names = [one.name for one in passes]
+        self._controls = {}
+        self.reasons.clear()
+        if not passes:
+            return
+        self.table.setRowCount(1 + len(passes))
+        self._line(0, EVERY_PASS, "all", "", "all passes without their own")
+        for row, one in enumerate(passes, start=1):
+            self._line(row, one.name, one.name, one.kind, f"{one.kind} {one.name}")
+        for row in range(self.table.rowCount()):
+            height = self._controls[EVERY_PASS].sizeHint().height() + 4
+            self.table.setRowHeight(row, height)
+
+    def _line(self, row: int, name: str, shown: str, kind: str, whose: str) -> None:
+        for column in range(len(COLUMNS)):
+            self.table.setItem(row, column, QTableWidgetItem())
+        self.table.item(row, NAME).setText(shown)
+        self.table.item(row, KIND).setText(kind)
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        self.table.item(row, SIGMA).setTextAlignment(right)
+        control = SmoothingControl(whose, AUTOMATIC)
+        document = self._document
+        control.previewed.connect(lambda metres: document.preview_smoothing(name, metres))
+        control.chosen.connect(lambda metres: document.set_smoothing(name, metres))
+        control.reset.connect(lambda: document.set_smoothing(name, None))
+        self.table.setCellWidget(row, SMOOTHING, control)
+        self._controls[name] = control
+
+    def _show_smoothing(self) -> None:
+        smoothing, result = self._document.smoothing, self._document.reconstruction
+        fitted = {} if result is None else {one.name: one.smoothing for one in result.passes}
+        every = smoothing.get(EVERY_PASS)
+        for name, control in self._controls.items():
+            if name == EVERY_PASS:
+                usual = math.exp(_mean([math.log(one) for one in fitted.values()]))
+                control.show_value(
+                    every or (usual if fitted else None), every is not None, AUTOMATIC
+                )
+            else:
+                otherwise = AUTOMATIC if every is None else AS_ALL
+                own = smoothing.get(name)
+                control.show_value(own or every or fitted.get(name), own is not None, otherwise)
+
+    def _show_result(self, result) -> None:
+        fitted = {one.name: one for one in result.passes}
+        for name in self._names:
+            if name in fitted:
+                self._show_pass(self._row(name), fitted[name])
+        self._show_smoothing()
+        self._show_reasons()
+
+    def _show_reasons(self) -> None:
+        """Why, of the selected passes or of all, those with the same reason together."""
+        result = self._document.reconstruction
+        if result is None:
+            return
+        wanted = self.selected() or self._names
+        together: dict[tuple[str, str], list[str]] = {}
+        for one in result.passes:
+            if one.name in wanted:
+                verdict = (one.quality.verdict, one.quality.reason)
+                together.setdefault(verdict, []).append(one.name)
+        lines = [
+            f"{', '.join(names)}: {verdict}: {reason}"
+            for (verdict, reason), names in together.items()
+        ]
+        self.reasons.setText("\n".join(lines[:MOST_REASONS]))
+
+    def _show_pass(self, row: int, fitted) -> None:
+        sigma = fitted.position_sigma
+        rms = math.hypot(*sigma) / math.sqrt(len(sigma))
+        quality = fitted.quality
+        self.table.item(row, VERDICT).setText(quality.verdict)
+        self.table.item(row, VERDICT).setIcon(_icon(quality.verdict))
+        self.table.item(row, SIGMA).setText(f"{1e3 * rms:.2f}")
+        for column in (NAME, KIND, VERDICT, SIGMA):
+            self.table.item(row, column).setToolTip(quality.reason)
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values) if values else 0.0
+
+
+def _icon(verdict: str) -> QIcon:
+    """A disc for good, a triangle for acceptable, a square for redo."""
+    size = 32
+    picture = QPixmap(size, size)
+    picture.fill(Qt.GlobalColor.transparent)
+    corners = CORNERS[verdict]
+    turn = math.pi / 4 if corners == 4 else math.pi / 2
+    outline = [
+        QPointF(
+            size / 2 + 0.42 * size * math.cos(turn + 2 * math.pi * k / corners),
+            size / 2 - 0.42 * size * math.sin(turn + 2 * math.pi * k / corners),
+        )
+        for k in range(corners)
+    ]
+    with QPainter(picture) as painter:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(COLOURS[verdict]))
+        painter.drawPolygon(QPolygonF(outline))
+    return QIcon(picture)
