@@ -15,6 +15,7 @@ import synthetic
 from georibbon.errors import ExportError
 from georibbon.gui import scene_view
 from georibbon.gui.scene_view import STANDARD_VIEWS, ImageView, SceneView, make_view, opengl_works
+from georibbon.gui.theme import palette
 
 RESULT = synthetic.reconstruction()
 WIDTH, HEIGHT = 480, 300
@@ -101,6 +102,18 @@ def test_an_empty_view_is_plain_before_and_after(view):
     assert share(view.image()) > 0.1
     view.show_scene(None)
     assert np.all(pixels(view.image()) == expected)
+
+
+def test_it_follows_the_theme_and_the_camera_stays(full, qtbot):
+    qtbot.keyClick(full, Qt.Key.Key_Left)
+    light = full.image()
+    full.setPalette(palette("dark"))
+    dark = full.image()
+    assert pixels(light)[0, 0].min() > 240
+    assert pixels(dark)[0, 0].max() < 60
+    assert share(dark) == pytest.approx(share(light), abs=0.05)
+    full.setPalette(palette("light"))
+    assert differ(light, full.image()) < 0.001
 
 
 def test_every_standard_view_shows_all_from_another_side(full):

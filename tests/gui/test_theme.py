@@ -7,9 +7,14 @@ from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from georibbon.gui.theme import COLOURS, THEMES, apply_theme, contrast, palette, theme_of
+from georibbon.scene.colours import DARK, WHITE
 
 WORDS, SIGNS = 4.5, 3.0
 ROLES = QPalette.ColorRole
+
+
+def hexadecimal(colour):
+    return QColor.fromRgbF(*colour).name()
 
 
 @pytest.fixture
@@ -45,6 +50,16 @@ def test_signs_stand_out(theme):
         for sign in (of.frame, *of.curves):
             assert contrast(sign, ground) >= SIGNS, (sign, ground)
     assert contrast(of.chosen, of.base) >= SIGNS
+
+
+@pytest.mark.parametrize(("theme", "paper"), [("light", WHITE), ("dark", DARK)])
+def test_the_3d_view_is_as_readable_on_its_themes_ground(theme, paper):
+    ground = hexadecimal(paper.background)
+    assert ground == COLOURS[theme].base
+    for words in (paper.ink, paper.grid_words):
+        assert contrast(hexadecimal(words), ground) >= WORDS
+    for sign in (paper.run, paper.tie, paper.mark, *paper.axes):
+        assert contrast(hexadecimal(sign), ground) >= SIGNS
 
 
 @pytest.mark.parametrize("theme", THEMES)

@@ -187,14 +187,14 @@ class CurvePanel(QWidget):
         choice.setSpacing(12)
         for button in self.buttons.values():
             choice.addWidget(button)
-        choice.addStretch(1)
+        self.reading.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        choice.addWidget(self.reading, 1)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(6, 6, 6, 6)
         whole.setSpacing(4)
         whole.addLayout(choice)
         whole.addWidget(self.plots, 1)
         whole.addWidget(self.legend)
-        whole.addWidget(self.reading)
 
     def _build(self, *_: object) -> None:
         """One row for every quantity that is chosen."""

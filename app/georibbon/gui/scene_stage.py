@@ -10,6 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkCamera, vtkRenderWindow
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from georibbon.reconstruction import Reconstruction
+from georibbon.scene.colours import DARK, WHITE
 from georibbon.scene.scene import Scene
 from georibbon.world import UP
 
@@ -50,10 +51,13 @@ class Stage:
         self.interactor.Initialize()
         self.interactor.AddObserver("RenderEvent", self._moved)
 
-    def show(self, reconstruction: Reconstruction | None, font_size: int) -> None:
+    def show(self, reconstruction: Reconstruction | None, font_size: int, dark: bool) -> None:
         """Put a result on the stage; the camera stays where it was if there was one before."""
+        paper = DARK if dark else WHITE
         before = self._scene
-        self._scene = None if reconstruction is None else Scene(reconstruction, font_size)
+        self._scene = (
+            None if reconstruction is None else Scene(reconstruction, font_size, paper=paper)
+        )
         if self._scene is not None:
             self._scene.renderer.SetBackgroundAlpha(1.0)  # else what is behind the window shines in
             self._scene.renderer.UseFXAAOn()

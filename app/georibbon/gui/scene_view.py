@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QRect, Qt, QThread
+from PySide6.QtCore import QEvent, QRect, Qt, QThread
 from PySide6.QtGui import (
     QGuiApplication,
     QImage,
@@ -27,6 +27,7 @@ from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
 
 from georibbon.errors import ExportError
+from georibbon.gui.theme import theme_of
 
 if TYPE_CHECKING:
     from georibbon.gui.scene_stage import Stage
@@ -110,7 +111,7 @@ class _View:
         if reconstruction is not None:
             self._load()
         if self._stage is not None:
-            self._stage.show(reconstruction, self._font_size())
+            self._show()
         self.refresh()
 
     def refresh(self) -> None:
@@ -151,10 +152,19 @@ class _View:
         if ratio != self._ratio:
             self._ratio = ratio
             if self._reconstruction is not None:
-                self._stage.show(self._reconstruction, self._font_size())
+                self._show()
 
-    def _font_size(self) -> int:
-        return round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
+    def _show(self) -> None:
+        """Put the result on the stage in the colours of the theme, its words in the font's size."""
+        font_size = round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
+        dark = theme_of(self.palette()) == "dark"
+        self._stage.show(self._reconstruction, font_size, dark)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._stage is not None:
+            self._show()
 
     # --- the hand ---
 

@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingCore import (
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.geometry.mesh import Mesh
 from georibbon.scene.arrays import to_ids, to_vtk
-from georibbon.scene.colours import INK, PLAIN_SURFACE, Colour, quantity_table
+from georibbon.scene.colours import PLAIN_SURFACE, Colour, quantity_table
 from georibbon.scene.text import plain_label, style
 
 Side = Literal["left", "middle", "right"]
@@ -79,7 +79,7 @@ def surface_actor(data: vtkPolyData, table: vtkLookupTable | None) -> vtkActor:
     return actor
 
 
-def border_actor(data: vtkPolyData) -> vtkActor:
+def border_actor(data: vtkPolyData, colour: Colour) -> vtkActor:
     """The surface's border as a thin line."""
     edges = vtkFeatureEdges()
     edges.SetInputData(data)
@@ -89,7 +89,7 @@ def border_actor(data: vtkPolyData) -> vtkActor:
     edges.ColoringOff()
     edges.Update()
     actor = _actor(edges.GetOutput(), None)
-    _flat(actor, INK)
+    _flat(actor, colour)
     actor.GetProperty().SetLineWidth(1.5)
     return actor
 
@@ -145,13 +145,15 @@ def sphere_actor(points: FloatArray, radius: float, colour: Colour) -> vtkActor:
     return actor
 
 
-def label_actor(text: str, at: FloatArray, size: int, side: Side) -> vtkBillboardTextActor3D:
+def label_actor(
+    text: str, at: FloatArray, size: int, side: Side, colour: Colour
+) -> vtkBillboardTextActor3D:
     """A word that always faces the reader and lies on one side of a (3,) point."""
     actor = vtkBillboardTextActor3D()
     actor.SetInput(plain_label(text))
     actor.SetPosition(*(float(value) for value in at))
     look = actor.GetTextProperty()
-    style(look, size, bold=True)
+    style(look, size, colour, bold=True)
     look.SetJustification({"left": 2, "middle": 1, "right": 0}[side])  # VTK_TEXT_RIGHT, ...
     look.SetVerticalJustificationToCentered()
     return actor

@@ -6,6 +6,8 @@ between which linear interpolation stays within three of 255 levels, so that the
 scene needs no plotting library.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,46 @@ PLAIN_SURFACE: Colour = (0.62, 0.70, 0.78)
 PASS: Colour = (0.10, 0.11, 0.13)
 TIE: Colour = (0.84, 0.33, 0.10)
 MARK: Colour = (0.80, 0.10, 0.42)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """What a scene stands on, and the colours that stand out from it.
+
+    ink: words and borders.  run: passes.  grid: the floor's lines; grid_words:
+    what is said of them.  axes: of x, y and z.
+    """
+
+    background: Colour
+    ink: Colour
+    run: Colour
+    tie: Colour
+    mark: Colour
+    grid: Colour
+    grid_words: Colour
+    axes: tuple[Colour, Colour, Colour]
+
+
+WHITE = Paper(
+    BACKGROUND,
+    INK,
+    PASS,
+    TIE,
+    MARK,
+    GRID,
+    GRID_WORDS,
+    ((0.75, 0.15, 0.15), (0.10, 0.50, 0.20), (0.15, 0.30, 0.75)),
+)
+DARK = Paper(
+    background=(0.106, 0.118, 0.133),
+    ink=(0.90, 0.91, 0.93),
+    run=(0.94, 0.95, 0.96),
+    tie=(1.00, 0.62, 0.32),
+    mark=(1.00, 0.47, 0.72),
+    grid=(0.27, 0.29, 0.32),
+    grid_words=(0.66, 0.69, 0.73),
+    axes=((1.00, 0.48, 0.45), (0.44, 0.82, 0.52), (0.50, 0.69, 1.00)),
+)
 
 
 def quantity_table(size: int = 256) -> NDArray[np.uint8]:

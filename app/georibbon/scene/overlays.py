@@ -8,10 +8,11 @@ from georibbon.scene.colours import Colour
 from georibbon.scene.text import style
 
 _COLUMN = 0.82  # where it begins, as a share of the width
-_AXIS_COLOURS = ((0.75, 0.15, 0.15), (0.10, 0.50, 0.20), (0.15, 0.30, 0.75))
 
 
-def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarBarActor:
+def scalar_bar(
+    table: vtkLookupTable, step: float, font_size: int, ink: Colour
+) -> vtkScalarBarActor:
     """An upright scale at the right edge, ticks at whole steps, named with its unit."""
     low, high = table.GetRange()
     bar = vtkScalarBarActor()
@@ -26,7 +27,7 @@ def scalar_bar(table: vtkLookupTable, step: float, font_size: int) -> vtkScalarB
     bar.SetHeight(0.55)
     bar.SetBarRatio(0.28)
     for look in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
-        style(look, font_size)
+        style(look, font_size, ink)
     bar.GetTitleTextProperty().SetJustificationToLeft()
     return bar
 
@@ -49,7 +50,7 @@ def key(lines: list[tuple[str, Colour]], font_size: int) -> list[vtkTextActor]:
     return actors
 
 
-def axes_renderer(font_size: int) -> vtkRenderer:
+def axes_renderer(font_size: int, colours: tuple[Colour, Colour, Colour]) -> vtkRenderer:
     """A small renderer for the lower right corner that shows the workpiece's axes."""
     axes = vtkAxesActor()
     axes.SetConeRadius(0.3)
@@ -62,7 +63,7 @@ def axes_renderer(font_size: int) -> vtkRenderer:
         axes.GetYAxisCaptionActor2D,
         axes.GetZAxisCaptionActor2D,
     )
-    for colour, shaft, tip, caption in zip(_AXIS_COLOURS, shafts, tips, captions, strict=True):
+    for colour, shaft, tip, caption in zip(colours, shafts, tips, captions, strict=True):
         shaft().SetColor(*colour)
         shaft().SetLineWidth(3)
         tip().SetColor(*colour)

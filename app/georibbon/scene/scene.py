@@ -9,17 +9,7 @@ from georibbon.geometry.frames import interpolated
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
 from georibbon.scene import actors, overlays
 from georibbon.scene.camera import Region, fit_view, view_direction
-from georibbon.scene.colours import (
-    BACKGROUND,
-    GRID,
-    GRID_WORDS,
-    MARK,
-    PASS,
-    TIE,
-    Colour,
-    round_range,
-    round_step,
-)
+from georibbon.scene.colours import WHITE, Colour, Paper, round_range, round_step
 
 _MOST_LABELS = 12
 _TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal,
@@ -34,7 +24,8 @@ class Scene:
     The surface is coloured by its position uncertainty (square root of the
     covariance's trace, millimetres); without a surface the passes are.
     font_size: pixels.  uncertainty_range: millimetres, to compare results with
-    one another; from the data where None.  z of the workpiece is up.
+    one another; from the data where None.  paper: the ground and what is drawn on
+    it.  z of the workpiece is up.
     """
 
     def __init__(
@@ -42,10 +33,12 @@ class Scene:
         reconstruction: Reconstruction,
         font_size: int = 14,
         uncertainty_range: tuple[float, float] | None = None,
+        paper: Paper = WHITE,
     ) -> None:
         self.renderer = vtkRenderer()
-        self.renderer.SetBackground(*BACKGROUND)
-        self.overlay = overlays.axes_renderer(font_size)
+        self.renderer.SetBackground(*paper.background)
+        self.overlay = overlays.axes_renderer(font_size, paper.axes)
+        self._paper = paper
         self._font_size = font_size
         self._key: list[tuple[str, Colour]] = []
         self._result = reconstruction
@@ -62,7 +55,7 @@ class Scene:
         self._add_survey()
         self._add_floor()
         if table is not None:
-            self._add(overlays.scalar_bar(table, step, font_size))
+            self._add(overlays.scalar_bar(table, step, font_size, paper.ink))
         for line in overlays.key(self._key, font_size):
             self._add(line)
         self._lights = _lights(from_above=bool(self.direction[2] > 0))
@@ -120,11 +113,11 @@ class Scene:
         data = actors.surface_data(self._result.surface.mesh)
         coloured = self._result.surface.mesh.sigma is not None
         self._add(actors.surface_actor(data, table if coloured else None))
-        self._add(actors.border_actor(data))
+        self._add(actors.border_actor(data, self._paper.ink))
 
     def _add_passes(self, table: vtkLookupTable | None) -> None:
         bare = table if self._result.surface is None else None
-        for kind, colour in (("pass", PASS), ("tie", TIE)):
+        for kind, colour in (("pass", self._paper.run), ("tie", self._paper.tie)):
             some = [fitted for fitted in self._result.passes if fitted.kind == kind]
             if some:
                 curves = [fitted.strip.points for fitted in some]
@@ -138,9 +131,11 @@ class Scene:
             before = -fitted.strip.tangents[0]
             at = fitted.strip.points[0] + 0.02 * self._size * before
             side = actors.side_of(float(before @ rightwards))
-            self._add(actors.label_actor(fitted.name, at, self._font_size, side))
+            ink = self._paper.ink
+            self._add(actors.label_actor(fitted.name, at, self._font_size, side, ink))
 
     def _add_survey(self) -> None:
+        mark = self._paper.mark
         places = {fitted.name: fitted for fitted in self._result.passes}
         points, spans = [], []
         for seen in self._result.survey:
@@ -150,11 +145,11 @@ class Scene:
             elif len(ends):
                 points.append(ends.mean(axis=0))
         if points:
-            self._add(actors.sphere_actor(np.array(points), self._thickness * _BALL, MARK))
-            self._key.append(("● mark or crossing", MARK))
+            self._add(actors.sphere_actor(np.array(points), self._thickness * _BALL, mark))
+            self._key.append(("● mark or crossing", mark))
         if spans:
-            self._add(actors.line_actor(spans, MARK, 1.5))
-            self._key.append(("─ measured distance", MARK))
+            self._add(actors.line_actor(spans, mark, 1.5))
+            self._key.append(("─ measured distance", mark))
 
     def _add_floor(self) -> None:
         low, high = self._points.min(axis=0), self._points.max(axis=0)
@@ -163,9 +158,9 @@ class Scene:
         gap = 0.03 * self._size
         level = low[2] - gap if underneath else high[2] + gap
         lines = _grid(np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step, step, level)
-        self._add(actors.line_actor(lines, GRID, 1.0))
+        self._add(actors.line_actor(lines, self._paper.grid, 1.0))
         self._points = np.concatenate((self._points, *lines))
-        self._key.append((f"┼ grid, {step * 1e3:g} mm", GRID_WORDS))
+        self._key.append((f"┼ grid, {step * 1e3:g} mm", self._paper.grid_words))
 
 
 def _lights(from_above: bool) -> vtkLightKit:

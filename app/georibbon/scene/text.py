@@ -7,11 +7,11 @@ from pathlib import Path
 from vtkmodules.vtkCommonCore import VTK_FONT_FILE
 from vtkmodules.vtkRenderingCore import vtkTextProperty
 
-from georibbon.scene.colours import INK, Colour
+from georibbon.scene.colours import Colour
 from georibbon.scene.labels import short_name
 
 
-def style(look: vtkTextProperty, size: int, colour: Colour = INK, bold: bool = False) -> None:
+def style(look: vtkTextProperty, size: int, colour: Colour, bold: bool = False) -> None:
     """Set a text's font, size (pixels) and colour.
 
     The font is the DejaVu Sans that comes with the plotting library, which the
