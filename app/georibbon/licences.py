@@ -18,8 +18,13 @@ PROGRAM = "georibbon"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _LICENCE_FILE = re.compile(r"(^|[-_./ ])(licen[cs]es?|copying|notice|copyright)", re.IGNORECASE)
 _LONGEST_NAME = 60
-# Texts that Georibbon brings along for packages whose files hold none.  The LGPL adds to the GPL.
-_TEXTS = {"LGPL-3.0-only": ("licences/LGPL-3.0.txt", "licences/GPL-3.0.txt")}
+# The texts that Georibbon brings along for packages that come without.  The LGPL adds to the GPL.
+_LESSER = ("licences/LGPL-3.0.txt", "licences/GPL-3.0.txt")
+_TEXTS = {
+    "pyserial": ("licences/pyserial.txt",),
+    "pyside6-essentials": _LESSER,
+    "shiboken6": _LESSER,
+}
 
 
 @dataclass(frozen=True)
@@ -97,8 +102,7 @@ def _field(package: Distribution, name: str) -> list[str]:
 def _texts(package: Distribution) -> tuple[str, ...]:
     """The licence files in the package's metadata folder, in the order of their names.
 
-    Where there are none, the texts of the licences that its metadata names and
-    that Georibbon brings along.
+    Where there are none, those that Georibbon brings along for it.
     """
     files = sorted(
         file
@@ -107,10 +111,5 @@ def _texts(package: Distribution) -> tuple[str, ...]:
     )
     if files:
         return tuple(file.read_text(encoding="utf-8") for file in files)
-    named = re.split(r"[ (),]+", _named(package))
-    return tuple(
-        resource(path).read_text(encoding="utf-8")
-        for licence, paths in _TEXTS.items()
-        if licence in named
-        for path in paths
-    )
+    brought = _TEXTS.get(_normal(package.name), ())
+    return tuple(resource(name).read_text(encoding="utf-8") for name in brought)
