@@ -226,6 +226,27 @@ def test_a_place_that_cannot_be_written_is_told(document, session, qtbot, monkey
     assert document.smoothing == {"P1": 0.2}
 
 
+def test_what_cannot_be_written_is_not_closed(document, session, small_capture, qtbot, monkeypatch):
+    opened(document, session, qtbot)
+    real = document._source.session.close
+
+    def full(*, discard=False):
+        if not discard:
+            raise StorageError("the disk is full")
+        real(discard=True)
+
+    monkeypatch.setattr(document._source.session, "close", full)
+    for act in (document.close, lambda: document.open(session)):
+        with qtbot.waitSignal(document.failed) as failed:
+            act()
+        assert failed.args == ["the disk is full"]
+    with qtbot.waitSignal(document.failed):
+        document.open(small_capture)
+    assert document.path == session
+    assert document.close(discard=True)
+    assert document.path is None
+
+
 def test_a_fault_of_ours_is_told_as_such(document, session, qtbot, monkeypatch):
     def broken(*_):
         raise RuntimeError("broken")

@@ -8,6 +8,7 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QImage
 from PySide6.QtWidgets import QApplication, QMenu, QSpinBox
 
+from georibbon.errors import StorageError
 from georibbon.gui import dialogs
 from georibbon.gui.actions import ACTIONS, Palette
 from georibbon.gui.notifier import Notifier
@@ -357,6 +358,25 @@ def test_a_window_from_a_screen_that_is_gone_is_seen(make_window):
     other = make_window()
     screens = QApplication.screens()
     assert any(one.availableGeometry().intersects(other.frameGeometry()) for one in screens)
+
+
+def test_closing_asks_where_not_everything_is_written(opened, session, monkeypatch):
+    real, asked = opened.document._source.session.close, []
+
+    def full(*, discard=False):
+        if not discard:
+            raise StorageError("the disk is full")
+        real(discard=True)
+
+    monkeypatch.setattr(opened.document._source.session, "close", full)
+    monkeypatch.setattr(dialogs, "ask_discard", lambda _, sentence: asked.append(sentence))
+    assert not opened.close()
+    assert opened.isVisible()
+    assert opened.document.path == session
+    assert opened.passes_dock.isVisible()
+    monkeypatch.setattr(dialogs, "ask_discard", lambda *_: True)
+    assert opened.close()
+    assert asked == ["the disk is full"]
 
 
 def test_closing_in_the_midst_of_work_leaves_nothing(make_window, session):

@@ -43,3 +43,14 @@ def show_about(parent: QWidget) -> None:
         "<p>BSD-3-Clause. <tt>georibbon licences</tt> lists the licences of all that is shipped; "
         "Qt and PySide6 are used under the LGPL.</p>",
     )
+
+
+def ask_discard(parent: QWidget, sentence: str) -> bool:
+    """Whether to let go of what cannot be written."""
+    box = QMessageBox(QMessageBox.Icon.Warning, "Not everything is written", sentence, parent=parent)
+    box.setInformativeText("Mend the place and try again, or close without the last changes.")
+    stay = box.addButton("Stay open", QMessageBox.ButtonRole.RejectRole)
+    leave = box.addButton("Close without them", QMessageBox.ButtonRole.DestructiveRole)
+    box.setDefaultButton(stay)
+    box.exec()
+    return box.clickedButton() is leave

@@ -102,10 +102,12 @@ class Document(QObject):
     @property
     def smoothing(self) -> Mapping[str, float]:
         """Metres, by the pass's name or "*" for all others; what is missing is automatic."""
+        if self._source is None:
+            return {}
         from georibbon.gui.sources import changed
 
         try:
-            kept = {} if self._source is None else self._source.smoothing
+            kept = self._source.smoothing
         except GeoribbonError as error:  # a session of another program's making
             self.failed.emit(str(error))
             kept = {}
@@ -140,8 +142,9 @@ class Document(QObject):
             return open_source(path)
 
         here = self.path
-        if here is not None and here.resolve() == path.resolve():
-            self._replace(None)  # a session is written by one at a time, be it ourselves
+        same = here is not None and here.resolve() == path.resolve()
+        if same and not self._replace(None):  # it is written by one at a time, be it ourselves
+            return
         self._ask(work, self._opened, f"reading {path.name}")
 
     def import_folder(self, folder: Path, target: Path) -> None:
@@ -174,21 +177,26 @@ class Document(QObject):
                 create_session(path, simulate(demonstration_settings()).recording)
             return open_source(path)
 
-        if self.path == folder / DEMONSTRATION:
-            self._replace(None)
+        if self.path == folder / DEMONSTRATION and not self._replace(None):
+            return
         self._ask(work, self._opened, "capturing the virtual car bonnet")
 
-    def close(self) -> None:
-        """Let go of what is open.  What is running ends by itself and is not delivered."""
+    def close(self, *, discard: bool = False) -> bool:
+        """Let go of what is open; whether that could be done.
+
+        It stays open where something of it cannot be written, unless that is to
+        be discarded.  What is running ends by itself and is not delivered.
+        """
         self._waiting = None
         self._running = None
-        self._replace(None)
+        closed = self._replace(None, discard)
         self.busy.emit(False, "")
+        return closed
 
     def end(self) -> None:
         """Close and wait for the worker; nothing is done after it."""
         self._ended = True
-        self.close()
+        self.close(discard=True)
         self._pool.waitForDone()
         QCoreApplication.sendPostedEvents(self)  # what was opened meanwhile is let go
 
@@ -313,10 +321,12 @@ class Document(QObject):
         from georibbon.gui.sources import OpenedRecording, OpenedSession, ReadOnlySession
 
         if isinstance(result, OpenedRecording | OpenedSession | ReadOnlySession):
-            result.close()
+            result.close(discard=True)
 
     def _opened(self, source: Opened) -> None:
-        self._replace(source)
+        if not self._replace(source):
+            self._drop(source)
+            return
         for sentence in source.told:
             self.told.emit(sentence)
         self.reconstruct()
@@ -326,17 +336,21 @@ class Document(QObject):
             self._result, self._failure = result, None
             self.reconstructed.emit(result)
 
-    def _replace(self, source: Opened | None) -> None:
-        old, self._source = self._source, source
+    def _replace(self, source: Opened | None, discard: bool = False) -> bool:
+        """Close what is open, and have another in its place; not where that cannot be written."""
+        old = self._source
+        if old is not None:
+            self._pool.waitForDone()  # it may be read from
+            try:
+                old.close(discard)
+            except StorageError as error:
+                self.failed.emit(str(error))
+                return False
+        self._source = source
         self._stages, self._result, self._failure = [], None, None
         self._preview.clear()
         if self._waiting is not None and self._waiting[1] != self._opened:
             self._waiting = None
-        if old is not None:
-            self._pool.waitForDone()  # it may be read from
-            try:
-                old.close()
-            except StorageError as error:
-                self.failed.emit(str(error))
         if old is not source:
             self.changed.emit("source")
+        return True

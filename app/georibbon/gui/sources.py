@@ -76,8 +76,12 @@ class Opened(Protocol):
     def redo(self) -> str | None:
         """Do again what was undone last; in words what it was."""
 
-    def close(self) -> None:
-        """Let it go."""
+    def close(self, discard: bool = False) -> None:
+        """Let it go.
+
+        Raises StorageError, and stays open, where something of it cannot be
+        written; discard: let go of that too.
+        """
 
 
 def open_source(path: Path) -> Opened:
@@ -168,8 +172,8 @@ class OpenedRecording(Edits):
     def recording(self) -> "Recording":
         return self._recording
 
-    def close(self) -> None:
-        pass
+    def close(self, discard: bool = False) -> None:
+        """There is nothing to be done."""
 
 
 class _OfSession:
@@ -214,8 +218,8 @@ class _OfSession:
             self._recording, self._from, self._captured = fresh, of, state.passes
         return self._recording
 
-    def close(self) -> None:
-        self.session.close()
+    def close(self, discard: bool = False) -> None:
+        self.session.close(discard=discard)
 
 
 def _kept(

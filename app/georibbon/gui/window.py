@@ -43,6 +43,7 @@ class MainWindow(QMainWindow):
         self.bell = Bell(notifier, self)
         self.actions_by_id = make_actions(self)
         self._unfitted: str | None = None
+        self._sentence = ""  # what was told last
         self._curves = None
         self._docks_are_seen = True
         self._make_middle()
@@ -86,13 +87,14 @@ class MainWindow(QMainWindow):
         self.log_dock = self._dock("Log", self.log_panel, BELOW)
         self.tabifyDockWidget(self.curves_dock, self.log_dock)
         self.curves_dock.raise_()
+        self.setCorner(Qt.Corner.BottomRightCorner, BESIDE)  # the passes get all the height
         self.docks = (self.passes_dock, self.notices_dock, self.curves_dock, self.log_dock)
         self.resize(1280, 800)
         self.resizeDocks(
             [self.passes_dock, self.notices_dock], [500, 500], Qt.Orientation.Horizontal
         )
-        self.resizeDocks([self.passes_dock, self.notices_dock], [420, 180], Qt.Orientation.Vertical)
-        self.resizeDocks([self.curves_dock, self.log_dock], [230, 230], Qt.Orientation.Vertical)
+        self.resizeDocks([self.passes_dock, self.notices_dock], [520, 200], Qt.Orientation.Vertical)
+        self.resizeDocks([self.curves_dock, self.log_dock], [270, 270], Qt.Orientation.Vertical)
 
     def _dock(self, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
@@ -222,9 +224,11 @@ class MainWindow(QMainWindow):
             self.notifier.tell("info", f"written: {target}")
             self.statusBar().showMessage(f"Written: {target}", 8000)
 
-    def close_document(self) -> None:
-        """Back to the start page."""
-        self.document.close()
+    def close_document(self) -> bool:
+        """Back to the start page; whether that could be done."""
+        if self.document.close():
+            return True
+        return dialogs.ask_discard(self, self._sentence) and self.document.close(discard=True)
 
     def undo(self) -> None:
         """Take the last change back, and say which it was."""
@@ -371,6 +375,7 @@ class MainWindow(QMainWindow):
 
     @Slot(str)
     def _failed(self, sentence: str) -> None:
+        self._sentence = sentence
         self._unfitted = sentence if self.document.failure == sentence else None
         self.notifier.tell("error", sentence)
 
@@ -449,6 +454,10 @@ class MainWindow(QMainWindow):
         self._docks_seen(True)
         self.settings.keep_layout(self.saveGeometry(), self.saveState())
         self.settings.save()
+        if not self.close_document():
+            self._docks_seen(self.document.path is not None)
+            event.ignore()
+            return
         self.document.end()
         self.bell.end()
         event.accept()
