@@ -122,7 +122,7 @@ def test_the_pointer_moves_the_cursor_to_the_nearest_pass(panel, qtbot):
         assert moved[-1][0] == name
         assert moved[-1][1] == pytest.approx(0.25, abs=0.004)
         assert panel.reading.text().startswith(f"{name} at ")
-        assert f"uncertainty {value:.2f}"[:-1] in panel.reading.text()
+        assert f"uncertainty (1σ) {value:.2f}"[:-1] in panel.reading.text()
 
 
 def test_the_keys_move_the_cursor_and_stay_on_the_pass(panel, qtbot):

@@ -20,32 +20,31 @@ from georibbon.scene.labels import short_name
 class Quantity:
     """What can be drawn along a pass.
 
-    id: for the program; text: on its button; axis: beside its plot, short, with
-    the unit; unit: behind a number; of: a pass's (n,) values in that unit.
+    id: for the program; text: on its button and in its plot; unit: of its
+    numbers; of: a pass's (n,) values in that unit.
     """
 
     id: str
     text: str
-    axis: str
     unit: str
     of: Callable[[FittedPass], FloatArray]
 
 
 QUANTITIES = (
-    Quantity("curvature", "Normal curvature", "curvature, 1/m", "1/m",
+    Quantity("curvature", "Normal curvature", "1/m",
              lambda one: curvatures(one.strip)[0]),
-    Quantity("torsion", "Geodesic torsion", "torsion, 1/m", "1/m",
+    Quantity("torsion", "Geodesic torsion", "1/m",
              lambda one: curvatures(one.strip)[1]),
-    Quantity("sigma", "Uncertainty", "1σ, mm", "mm", lambda one: one.position_sigma * 1e3),
-    Quantity("x", "x", "x, mm", "mm", lambda one: one.strip.points[:, 0] * 1e3),
-    Quantity("y", "y", "y, mm", "mm", lambda one: one.strip.points[:, 1] * 1e3),
-    Quantity("z", "z", "z, mm", "mm", lambda one: one.strip.points[:, 2] * 1e3),
+    Quantity("sigma", "Uncertainty (1σ)", "mm", lambda one: one.position_sigma * 1e3),
+    Quantity("x", "x", "mm", lambda one: one.strip.points[:, 0] * 1e3),
+    Quantity("y", "y", "mm", lambda one: one.strip.points[:, 1] * 1e3),
+    Quantity("z", "z", "mm", lambda one: one.strip.points[:, 2] * 1e3),
 )  # fmt: skip
 _FIRST = ("curvature", "sigma")
 _DASHES = ((), (10, 5), (4, 4), (12, 4, 3, 4))  # in pixels; () for a whole line
 _SIGNS = ("───", "─ ─", "- - -", "─ · ─")
 _MOST_NAMED = 12
-_AXIS_WIDTH = 58  # px, alike in all rows, so that the same place stands above itself
+_AXIS_WIDTH = 46  # px, alike in all rows, so that the same place stands above itself
 _STEP = 0.01  # of the length, by which a key moves the cursor
 
 
@@ -61,6 +60,9 @@ class _Row:
         for item in (self.cursor, self.spot):
             item.hide()
             plot.addItem(item, ignoreBounds=True)
+        self.title = pg.LabelItem(justify="left")
+        self.title.setParentItem(plot.getViewBox())
+        self.title.anchor(itemPos=(0, 0), parentPos=(0, 0), offset=(4, -2))
         plot.setMenuEnabled(False)
         plot.showGrid(x=True, y=True, alpha=0.25)
         plot.getViewBox().setMouseEnabled(x=True, y=False)
@@ -91,7 +93,9 @@ class _Row:
             axis = self.plot.getAxis(name)
             axis.setPen(of.frame)
             axis.setTextPen(of.words)
-        self.plot.setLabel("left", self.quantity.axis)
+        title = f"&nbsp;{self.quantity.text}, {self.quantity.unit}&nbsp;"
+        on_ground = f'<span style="background-color:{of.base}">{title}</span>'
+        self.title.setText(on_ground, color=of.words)
         self.plot.getAxis("bottom").setStyle(showValues=last)
         self.plot.getAxis("bottom").setHeight(None if last else 6)
         self.plot.setLabel("bottom", "arc length, mm" if last else "")
