@@ -116,6 +116,23 @@ def test_it_follows_the_theme_and_the_camera_stays(full, qtbot):
     assert differ(light, full.image()) < 0.001
 
 
+def test_the_cursor_is_a_ball_on_its_pass(full):
+    full.standard_view("top")
+    before = full.image()
+    seen = []
+    for s in (0.2, 0.7):
+        full.show_cursor("P3", s)
+        changed = np.abs(pixels(before).astype(int) - pixels(full.image())).max(axis=-1) > 40
+        assert 5 < changed.sum() < 400
+        seen.append(np.argwhere(changed).mean(axis=0))
+    assert seen[1][1] - seen[0][1] > 50  # x to the right
+    assert abs(seen[1][0] - seen[0][0]) < 5  # P3 runs along x
+    full.show_scene(synthetic.reconstruction())
+    assert differ(before, full.image()) > 0
+    full.show_cursor("none of them", 0.2)
+    assert differ(before, full.image()) < 0.0001
+
+
 def test_every_standard_view_shows_all_from_another_side(full):
     images = []
     for name in STANDARD_VIEWS:

@@ -121,6 +121,7 @@ class CurvePanel(QWidget):
         self._at: tuple[int, float] | None = None  # the cursor: which pass, and s in metres
         self.buttons = {one.id: self._button(one) for one in QUANTITIES}
         self.legend, self.reading = _line(Qt.TextFormat.RichText), _line(Qt.TextFormat.PlainText)
+        self.legend.setWordWrap(True)  # not the reading: the plots would jump under the pointer
         self.plots = pg.GraphicsLayoutWidget()
         self.plots.setAccessibleName("Plots")
         self.plots.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -191,14 +192,16 @@ class CurvePanel(QWidget):
         choice.setSpacing(12)
         for button in self.buttons.values():
             choice.addWidget(button)
-        self.reading.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        choice.addWidget(self.reading, 1)
+        choice.addStretch(1)
+        words = QHBoxLayout()
+        words.addWidget(self.legend, 2)
+        words.addWidget(self.reading, 3)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(6, 6, 6, 6)
         whole.setSpacing(4)
         whole.addLayout(choice)
         whole.addWidget(self.plots, 1)
-        whole.addWidget(self.legend)
+        whole.addLayout(words)
 
     def _build(self, *_: object) -> None:
         """One row for every quantity that is chosen."""
@@ -295,13 +298,13 @@ class CurvePanel(QWidget):
             k, s = self._at
             words = [f"{short_name(self._passes[k].name)} at {s * 1e3:.0f} mm", *words]
         self.reading.setText("   ".join(words))
+        self.reading.setToolTip("\n".join(words))
 
 
 def _line(kind: Qt.TextFormat) -> QLabel:
-    """A line of words that wraps and never widens the panel."""
+    """A line of words that never widens the panel."""
     label = QLabel()
     label.setTextFormat(kind)
-    label.setWordWrap(True)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
     return label
 

@@ -42,6 +42,7 @@ class Stage:
         self._scene: Scene | None = None
         self._shown: Scene | None = None
         self._framed: str | None = None  # the view to return to when the size changes
+        self._cursor: tuple[str, float] | None = None
         self._parallel = False
         self._size = (1, 1)
         self.interactor = vtkGenericRenderWindowInteractor()
@@ -55,6 +56,8 @@ class Stage:
         """Put a result on the stage; the camera stays where it was if there was one before."""
         paper = DARK if dark else WHITE
         before = self._scene
+        if reconstruction is None:
+            self._cursor = None
         self._scene = (
             None if reconstruction is None else Scene(reconstruction, font_size, paper=paper)
         )
@@ -67,6 +70,8 @@ class Stage:
                 camera = vtkCamera()
                 camera.DeepCopy(before.renderer.GetActiveCamera())
                 self._scene.renderer.SetActiveCamera(camera)
+            if self._cursor is not None:
+                self._scene.show_cursor(*self._cursor)
         self._changed()
 
     def resize(self, width: int, height: int) -> None:
@@ -111,6 +116,13 @@ class Stage:
         if self._framed is not None:
             self._frame(self._framed)
         self._changed()
+
+    def show_cursor(self, name: str, s: float) -> None:
+        """Mark a place, s metres along a pass."""
+        self._cursor = (name, s)
+        if self._scene is not None:
+            self._scene.show_cursor(name, s)
+            self._changed()
 
     def turn(self, across: float, upward: float) -> None:
         """Turn the camera about the object, z up in the picture: degrees."""

@@ -136,6 +136,11 @@ class _View:
         if self._stage is not None:
             self._stage.set_parallel(parallel)
 
+    def show_cursor(self, name: str, s: float) -> None:
+        """Mark a place, s metres along a pass; none where there is no such pass."""
+        if self._stage is not None:
+            self._stage.show_cursor(name, s)
+
     def _load(self) -> None:
         """Make the stage when it is first needed."""
         if self._stage is None:

@@ -369,6 +369,7 @@ class MainWindow(QMainWindow):
             from georibbon.gui.curve_panel import CurvePanel
 
             self._curves = CurvePanel(self.curves_place)
+            self._curves.cursor_moved.connect(self.view.show_cursor)
             self.curves_place.layout().addWidget(self._curves)
         names = self.passes_panel.selected() or [one.name for one in result.passes]
         self._curves.show_passes(result, names)

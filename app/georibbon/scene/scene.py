@@ -13,6 +13,7 @@ from georibbon.scene.colours import WHITE, Colour, Paper, round_range, round_ste
 
 _MOST_LABELS = 12
 _TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal,
+_CURSOR = 0.0075
 _MOST_FULL = 16  # of up to so many passes; more are drawn thinner, not to hide the surface
 _FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
@@ -54,6 +55,9 @@ class Scene:
         self._add_passes(table)
         self._add_survey()
         self._add_floor()
+        self._cursor = actors.sphere_actor(np.zeros((1, 3)), self._size * _CURSOR, paper.ink)
+        self._cursor.VisibilityOff()
+        self._add(self._cursor)
         if table is not None:
             self._add(overlays.scalar_bar(table, step, font_size, paper.ink))
         for line in overlays.key(self._key, font_size):
@@ -96,6 +100,15 @@ class Scene:
         corner.SetViewUp(*camera.GetViewUp())
         corner.ParallelProjectionOn()
         self.overlay.ResetCamera(-0.3, 1.1, -0.3, 1.1, -0.3, 1.1)
+
+    def show_cursor(self, name: str, s: float) -> None:
+        """Put a ball on a pass, s metres along it; none where there is no such pass."""
+        strips = [fitted.strip for fitted in self._result.passes if fitted.name == name]
+        self._cursor.SetVisibility(bool(strips))
+        if strips:
+            strip = strips[0]
+            (at,) = interpolated(np.array([s]), strip.s, strip.points)
+            self._cursor.SetPosition(*at.tolist())
 
     def _add(self, prop: vtkProp) -> None:
         self.renderer.AddViewProp(prop)
