@@ -93,9 +93,7 @@ class _Row:
             axis = self.plot.getAxis(name)
             axis.setPen(of.frame)
             axis.setTextPen(of.words)
-        title = f"&nbsp;{self.quantity.text}, {self.quantity.unit}&nbsp;"
-        on_ground = f'<span style="background-color:{of.base}">{title}</span>'
-        self.title.setText(on_ground, color=of.words)
+        self.title.setText(f"{self.quantity.text}, {self.quantity.unit}", color=of.words)
         self.plot.getAxis("bottom").setStyle(showValues=last)
         self.plot.getAxis("bottom").setHeight(None if last else 6)
         self.plot.setLabel("bottom", "arc length, mm" if last else "")

@@ -13,7 +13,7 @@ from georibbon.scene.colours import WHITE, Colour, Paper, round_range, round_ste
 
 _MOST_LABELS = 12
 _TUBE, _BALL = 0.0022, 0.0060  # radii as shares of the object's diagonal,
-_CURSOR = 0.0075
+_CURSOR = 0.011
 _MOST_FULL = 16  # of up to so many passes; more are drawn thinner, not to hide the surface
 _FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
