@@ -15,7 +15,24 @@ from georibbon.gui.notifier import Notifier
 from georibbon.gui.passes_panel import SIGMA, VERDICT
 from georibbon.gui.settings import Settings
 from georibbon.gui.window import MainWindow
+from georibbon.reconstruction import reconstruct
 from georibbon.session.source import load
+
+_KNOWN = {}
+
+
+@pytest.fixture(autouse=True)
+def remembered(monkeypatch):
+    """One capture is all that is opened here: what its smoothing gives is computed once."""
+
+    def known(recording, settings, calibration, stages):
+        names = tuple(one.name for one in recording.passes)
+        key = (names, tuple(sorted(settings.smoothing.items())))
+        if key not in _KNOWN:
+            _KNOWN[key] = reconstruct(recording, settings, calibration, stages)
+        return _KNOWN[key]
+
+    monkeypatch.setattr("georibbon.reconstruction.reconstruct", known)
 
 
 @pytest.fixture

@@ -43,7 +43,8 @@ def main(path: Path | None = None) -> int:
     code = application.exec()
     QThreadPool.globalInstance().waitForDone()
     heard.setEnabled(False)
-    signal.set_wakeup_fd(-1)
+    os.close(signal.set_wakeup_fd(-1))
+    os.close(heard.socket())
     qInstallMessageHandler(None)
     notifier.uninstall()
     return code

@@ -47,7 +47,10 @@ def show_about(parent: QWidget) -> None:
 
 def ask_discard(parent: QWidget, sentence: str) -> bool:
     """Whether to let go of what cannot be written."""
-    box = QMessageBox(QMessageBox.Icon.Warning, "Not everything is written", sentence, parent=parent)
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Warning)
+    box.setWindowTitle("Not everything is written")
+    box.setText(sentence)
     box.setInformativeText("Mend the place and try again, or close without the last changes.")
     stay = box.addButton("Stay open", QMessageBox.ButtonRole.RejectRole)
     leave = box.addButton("Close without them", QMessageBox.ButtonRole.DestructiveRole)

@@ -110,7 +110,9 @@ class MainWindow(QMainWindow):
         self.recent_menu.aboutToShow.connect(self._fill_recent)
         panels = menus["&View"].addMenu("P&anels")
         for dock in self.docks:
-            panels.addAction(dock.toggleViewAction())
+            seen = dock.toggleViewAction()
+            seen.setStatusTip(f"Show or hide the panel {dock.windowTitle()}")
+            panels.addAction(seen)
         self.panels_menu = panels
         self.toolbar = self.addToolBar("Toolbar")
         self.toolbar.setObjectName("toolbar")
