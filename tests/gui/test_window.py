@@ -16,6 +16,7 @@ from georibbon.gui.passes_panel import SIGMA, VERDICT
 from georibbon.gui.settings import Settings
 from georibbon.gui.window import MainWindow
 from georibbon.reconstruction import reconstruct
+from georibbon.session.session import Session
 from georibbon.session.source import load
 
 _KNOWN = {}
@@ -128,6 +129,30 @@ def test_a_session_is_seen_with_its_verdicts(opened, session):
     assert opened.settings.recent == [session]
     assert opened.actions_by_id["picture"].isEnabled()
     assert opened.progress.isHidden()
+
+
+def test_a_capture_that_is_not_finished_is_shown_as_far_as_it_goes(
+    window, session, tmp_path, qtbot
+):
+    with Session.open(session) as unfinished:
+        for name in ("P1", "P3"):
+            unfinished.do("remove", **{"pass": name})
+    with qtbot.waitSignal(window.document.failed):
+        window.open(session)
+    assert [one.name for one in window.document.passes] == ["P2"]
+    assert window.passes_panel.text("P2", VERDICT) == ""
+    assert window.banner.isVisible()
+    trigger(window, "undo")
+    trigger(window, "undo")
+    qtbot.waitUntil(lambda: not window.document.is_busy)
+    assert window.banner.isHidden()
+    assert window.passes_panel.text("P1", VERDICT) == "good"
+    Session.create(tmp_path / "empty.georibbon").close()
+    with qtbot.waitSignal(window.document.failed) as failed:
+        window.open(tmp_path / "empty.georibbon")
+    assert "no ribbon was connected" in failed.args[0]
+    assert window.passes_panel.table.rowCount() == 0
+    assert window.summary.text() == ""
 
 
 def test_a_slider_moves_the_surface_and_is_undone(opened, session, qtbot):

@@ -314,6 +314,8 @@ class MainWindow(QMainWindow):
             self.notifier.tell("info", f"opened {path}")
         self.view.show_scene(None)
         self.notices_panel.show_result(None)
+        if self._curves is not None:
+            self._curves.show_passes(None, ())
         self.summary.clear()
         self.stack.setCurrentWidget(self.start_page if path is None else self.view)
         self._docks_seen(path is not None)
