@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from fake import RIBBON, DirectPort, FakeRibbon, PtyCable, TcpCable, open_files, settled
 
+from georibbon.device import handshake
 from georibbon.device.frames import pack_frame
 from georibbon.device.identity import Identity, write_identity
 from georibbon.device.link import Link, LinkState, LinkTiming
 from georibbon.device.packets import FRAME, IDENTITY, MESSAGE
 from georibbon.device.ports import PortInfo, SerialPort
+from georibbon.device.telling import MOST_EVENTS, Listeners
 from georibbon.errors import DeviceError
 from waiting import wait_until
 
@@ -233,6 +235,17 @@ def test_the_rate_is_asked_for_and_another_one_is_told():
     assert ribbon.commands[:5] == ["stop", "identify", "rate 90", "identify", "start"]
 
 
+def test_the_rate_holds_though_the_answer_to_it_was_not_kept(monkeypatch):
+    """More comes while the identity is awaited than is kept: the first is, the second is not."""
+    monkeypatch.setattr(handshake, "MOST_HELD", 2)
+    link, _, _ = link_to(FakeRibbon(), rate=50.0)
+    with link:
+        assert link.wait_for_identity(20.0).ribbon.rate == 50.0
+        streams(link)
+        assert link.identity.ribbon.rate == 50.0
+        assert link._intake._timeline.rate == 50.0
+
+
 def test_a_rate_that_it_has_is_no_news():
     link, told, _ = link_to(FakeRibbon(), rate=50.0)
     with link:
@@ -268,6 +281,27 @@ def test_a_ribbon_that_says_too_much():
     assert said[:2] == ["help 0", "help 1"]
     assert "more than is told" in said[19]
     assert len(said) < 1000
+
+
+def test_what_a_ribbon_says_hides_nothing_else():
+    listeners, events = Listeners(), []
+    listeners.events.append(events.append)
+    for n in range(100):
+        listeners.happened("message", f"help {n}")
+    for kind in ("restarted", "refused", "rate"):
+        listeners.happened(kind, f"it is {kind}")
+    assert {"it is restarted", "it is refused", "it is rate"} <= {one.message for one in events}
+
+
+def test_a_ribbon_that_restarts_without_end_is_told_so_within_bounds():
+    listeners, events = Listeners(), []
+    listeners.events.append(events.append)
+    began = time.monotonic()
+    for _ in range(2000):
+        listeners.happened("restarted", "anew")
+    seconds = int(time.monotonic() - began) + 2
+    assert len(events) <= seconds * MOST_EVENTS
+    assert "more of this kind" in events[MOST_EVENTS - 1].message
 
 
 def test_a_ribbon_that_stalls_is_asked_again():
@@ -589,7 +623,13 @@ def test_an_identity_is_waited_for_no_longer_than_asked():
 
 @pytest.mark.parametrize(
     "more",
-    [{"rate": 0.0}, {"rate": float("nan")}, {"rate": 1e7}, {"baudrate": 0}, {"baudrate": 10**9}],
+    [
+        {"rate": 0.0},
+        {"rate": float("nan")},
+        {"rate": 10_001.0},
+        {"baudrate": 0},
+        {"baudrate": 10**9},
+    ],
 )
 def test_numbers_that_mean_nothing(more):
     with pytest.raises(DeviceError, match="expected"):
@@ -739,6 +779,31 @@ def test_a_fault_of_the_program_is_not_hidden(monkeypatch):
     with link, pytest.raises(DeviceError, match="a fault of the program ended the link"):
         link.wait_for_identity(20.0)
     assert [args.exc_type for args in caught] == [KeyError]
+
+
+def test_a_fault_of_the_program_leaves_nobody_waiting(monkeypatch):
+    """What came before can be taken; who waits for more learns that none will come."""
+    monkeypatch.setattr(threading, "excepthook", lambda _: None)
+    link, _, at = link_to(FakeRibbon())
+    tap = link.recorder()
+    with link:
+        streams(link)
+        at.ports[-1].read = lambda: {}["a fault"]
+        wait_until(lambda: tap.closed)
+        assert link.state == LinkState.DISCONNECTED
+        assert len(tap.take()) == link.health().frames
+        assert link.recorder().closed
+
+
+def test_the_last_change_is_told_by_the_thread_that_stops_it():
+    link, told, _ = link_to(FakeRibbon())
+    threads = []
+    link.on_change(lambda _: threads.append(threading.current_thread()))
+    with link:
+        streams(link)
+    assert told.reasons()[-1] == "the link was stopped"
+    assert threads[-1] is threading.current_thread()
+    assert set(threads[:-1]) == {link._thread}
 
 
 class Line:

@@ -12,6 +12,7 @@ from georibbon.session.outline import read_ribbon, ribbon_table
 from georibbon.session.words import counted, told
 
 PROTOCOL = 1
+MOST_RATE = 10_000.0  # frames per second: what half a second of them takes stays small
 _SOURCE = Source("the ribbon's identity", DeviceError)
 _OWN = ("protocol", "firmware")
 _RIBBON = ("id", "length", "rate")
@@ -56,7 +57,14 @@ def read_identity(payload: bytes) -> Identity:
         sensors = data["sensors"]
         listed = isinstance(sensors, list)
         table["sensor"] = [_known(one, _SENSOR) for one in sensors] if listed else sensors
-    return Identity(read_ribbon(table, _SOURCE), firmware)
+    ribbon = read_ribbon(table, _SOURCE)
+    if ribbon.rate > MOST_RATE:
+        top.refuse(
+            "rate",
+            f"rate is {told(ribbon.rate)}; at most {MOST_RATE:g} frames per second are expected; "
+            "is the ribbon's firmware up to date?",
+        )
+    return Identity(ribbon, firmware)
 
 
 def _known(data: object, fields: tuple[str, ...]) -> Mapping[str, object]:

@@ -36,7 +36,7 @@ class Intake:
     def reconnected(self, identity: Identity) -> None:
         """The same ribbon answers again after the port was opened again."""
         self._timeline.reconnected()
-        self._accept(identity)
+        self.accept(identity)
 
     def take(self, arrivals: Sequence[Arrival]) -> int:
         """Take packets in, in their order; how many frames were among them.
@@ -102,9 +102,10 @@ class Intake:
         except DeviceError as error:
             self._refusal = error
         else:
-            self._accept(identity)
+            self.accept(identity)
 
-    def _accept(self, identity: Identity) -> None:
+    def accept(self, identity: Identity) -> None:
+        """What the ribbon says of itself holds from here on, its rate too."""
         self.identity = identity
         self._timeline.rate = identity.ribbon.rate
 
