@@ -33,7 +33,7 @@ or it is interrupted (Ctrl-C): that is its normal end.
 Once a second, and at the end, one JSON line is printed:
   frames      taken from the ribbon
   durable     of them, safe on the disk, whatever happens to this computer
-  lost        packets that did not arrive, by their numbers
+  lost        packets missing by their numbers, those that came damaged among them
   damaged     packets that arrived damaged and were dropped
   stalls      times the ribbon fell silent
   reconnects  times the port was opened again

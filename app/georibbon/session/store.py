@@ -35,6 +35,8 @@ Cut = tuple[int, int]
 def check_place(path: Path) -> None:
     """Raise SessionError where a new session cannot take this name."""
     kind = kind_of(path)
+    if kind == "nothing" and path.is_symlink():
+        raise SessionError(f"{path}: this is a link that leads nowhere; remove it or mend it")
     if kind not in ("file", "nothing"):
         raise SessionError(f"{path}: this is a folder or a device; give the name of a file")
     if kind == "file":
