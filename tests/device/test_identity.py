@@ -177,7 +177,9 @@ def test_another_ribbon_is_told_with_both_names():
 def test_other_sensors_are_told():
     moved = replace(RIBBON.sensors[1], position=0.21)
     other = replace(RIBBON, sensors=(RIBBON.sensors[0], moved, RIBBON.sensors[2]))
-    with pytest.raises(OtherRibbonError, match=r'other sensors .* first that differs is "M01"'):
+    with pytest.raises(
+        OtherRibbonError, match=r'other sensors .*"M01": position 0.21, 0.2 expected'
+    ):
         check_same(other, RIBBON)
     with pytest.raises(OtherRibbonError, match=r"2 sensors on 0\.5 m; 3 sensors on 0\.5 m exp"):
         check_same(replace(RIBBON, sensors=RIBBON.sensors[:2]), RIBBON)

@@ -121,15 +121,17 @@ def test_what_is_damaged_or_dropped_is_lost_and_nothing_else():
     assert len(tap.take()) == health.frames == ribbon.frames - 7
 
 
-def test_a_frame_of_another_length_is_damaged():
+def test_a_frame_of_another_length_is_damaged_and_told_once():
     ribbon = FakeRibbon()
-    link, _, _ = link_to(ribbon)
+    link, told, _ = link_to(ribbon)
     with link:
         streams(link)
         ribbon.says += [(FRAME, b"1234567"), (FRAME, b"")]
         streams(link)
         health = accounted(link, ribbon, 1)
     assert (health.lost, health.damaged) == (2, 2)
+    (refused,) = told.messages("refused")
+    assert refused.startswith(f"a frame of 7 bytes came, {4 + 2 * len(RIBBON.columns)} are what")
 
 
 def test_an_unknown_packet_is_skipped_and_counted():
@@ -265,6 +267,20 @@ def test_messages_are_told_as_one_printable_line():
     said = told.messages("message")
     assert said[:2] == ["booted", "[31mhot \ufffd"]
     assert said[2:] == ["x" * 300, "(an empty message)"]
+
+
+def test_a_ribbon_that_says_the_same_again_is_told_now_and_then(monkeypatch):
+    ribbon = FakeRibbon()
+    link, told, _ = link_to(ribbon)
+    with link:
+        streams(link)
+        ribbon.says += [(MESSAGE, b"battery low")] * 50
+        streams(link, 20)
+        assert told.messages("message") == ["battery low"]
+        monkeypatch.setattr("georibbon.device.intake.REPEATED", 0.0)
+        ribbon.says += [(MESSAGE, b"battery low"), (MESSAGE, b"booted")]
+        wait_until(lambda: len(told.messages("message")) == 3)
+    assert told.messages("message") == ["battery low", "battery low (50 times)", "booted"]
 
 
 def test_a_ribbon_that_says_too_much():
@@ -590,6 +606,14 @@ def test_packets_but_no_identity():
     ribbon.says.append((MESSAGE, b"hello"))
     link, _, _ = link_to(ribbon, HASTY)
     with link, pytest.raises(DeviceError, match="1 packet came, but no identity"):
+        link.wait_for_identity(20.0)
+
+
+def test_an_identity_that_is_too_long():
+    ribbon = FakeRibbon(answers=False)
+    link, _, at = link_to(ribbon, HASTY)
+    at.ribbon.due = lambda: b"\x01" * 5000 + b"\0"
+    with link, pytest.raises(DeviceError, match="of more than 4096 bytes came"):
         link.wait_for_identity(20.0)
 
 

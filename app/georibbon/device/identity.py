@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 from georibbon.device.packets import MOST_PAYLOAD
 from georibbon.errors import DeviceError
@@ -116,8 +116,10 @@ def _outline(ribbon: Ribbon) -> str:
 
 
 def _first_other(found: Ribbon, expected: Ribbon) -> str:
-    """Which sensor is the first that differs."""
+    """Which sensor is the first that differs, and in what."""
     for one, other in zip(found.sensors, expected.sensors, strict=False):
-        if one != other:
-            return f" (the first that differs is {told(one.name)})"
+        for field in fields(one):
+            here, due = getattr(one, field.name), getattr(other, field.name)
+            if here != due:
+                return f" ({told(one.name)}: {field.name} {told(here)}, {told(due)} expected)"
     return ""
