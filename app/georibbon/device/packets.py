@@ -50,7 +50,7 @@ class PacketReader:
 
     What does not decode, has a wrong checksum or is too long is dropped and
     counted in `damaged`, and the next zero byte starts afresh; too_long: those of
-    them that never seemed to end.  Zero bytes that follow each other are no packet
+    them that were too long.  Zero bytes that follow each other are no packet
     and no damage.
     """
 
@@ -83,8 +83,12 @@ class PacketReader:
         self._rest, self._skipping = b"", False
 
     def _packet(self, stuffed: bytes) -> Packet | None:
+        if len(stuffed) > MOST_STUFFED:
+            self.damaged += 1
+            self.too_long += 1
+            return None
         try:
-            data = unstuff(stuffed) if len(stuffed) <= MOST_STUFFED else b""
+            data = unstuff(stuffed)
         except StuffingError:
             data = b""
         if not _LEAST <= len(data) <= MOST_DECODED:
