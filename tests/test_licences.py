@@ -22,7 +22,7 @@ def test_own_and_pythons_come_first():
 
 
 def test_what_is_needed_to_run_is_listed(listed):
-    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2"}
+    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2", "pyserial", "trimesh", "potpourri3d"}
     indirect = {"pillow", "markupsafe", "fonttools", "kiwisolver"}
     assert direct | indirect <= set(listed)
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
+from georibbon.resources import resource
+
 PROGRAM = "georibbon"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _LICENCE_FILE = re.compile(r"(^|[-_./ ])(licen[cs]es?|copying|notice|copyright)", re.IGNORECASE)
@@ -91,10 +93,16 @@ def _field(package: Distribution, name: str) -> list[str]:
 
 
 def _texts(package: Distribution) -> tuple[str, ...]:
-    """The licence files in the package's metadata folder, in the order of their names."""
+    """The licence files in the package's metadata folder, in the order of their names.
+
+    Where there are none, the text that Georibbon brings along for it.
+    """
     files = sorted(
         file
         for file in package.files or ()
         if ".dist-info" in file.parts[0] and _LICENCE_FILE.search("/".join(file.parts[1:]))
     )
-    return tuple(file.read_text(encoding="utf-8") for file in files)
+    if files:
+        return tuple(file.read_text(encoding="utf-8") for file in files)
+    own = resource(f"licences/{_normal(package.name)}.txt")
+    return (own.read_text(encoding="utf-8"),) if own.is_file() else ()
