@@ -144,6 +144,8 @@ def busy(error: Exception) -> bool:
 
 def unreadable(path: Path, error: Exception) -> SessionError:
     """What a failure to read from an open session means: the place fails, or it is damaged."""
+    if isinstance(error, sqlite3.ProgrammingError):
+        return SessionError(f"{path.name}: the session was closed meanwhile; open it again")
     if _name(error).startswith((*_FULL, *_FAILED, *_RIGHTS, *_TAKEN)):
         return storage_error(path, error)
     return damaged(path, error)

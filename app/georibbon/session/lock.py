@@ -25,7 +25,7 @@ _MOST = 1000
 _BEGIN = b'{"process"'
 # A link with the name of a lock file would lead to a file that is none; a pipe would wait.
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-_here: set[Path] = set()
+_here: list[Path] = []
 _here_lock = threading.Lock()
 
 if sys.platform == "win32":
@@ -68,20 +68,28 @@ class Lock:
             os.lseek(self._descriptor, 0, os.SEEK_SET)
             os.write(self._descriptor, _told_owner())
         with _here_lock:
-            _here.add(self.session)
+            _here.append(self.session)
+
+    @property
+    def stands(self) -> bool:
+        """Whether it locks: its file may have been removed, and another be made."""
+        return _still(self._descriptor, self._file)
 
     def release(self) -> None:
         """Give the right back and remove the lock file; once is enough."""
         if not self._held:
             return
         self._held = False
+        ours = self.stands
         with _here_lock:
-            _here.discard(self.session)
+            _here.remove(self.session)
         if sys.platform == "win32":
             os.close(self._descriptor)  # Windows removes no open file
-            _remove(self._file)
+            if ours:
+                _remove(self._file)
         else:
-            _remove(self._file)
+            if ours:
+                _remove(self._file)
             os.close(self._descriptor)
 
 

@@ -8,6 +8,7 @@ by `retry`, or to another place by `move_to`.
 
 import os
 import sqlite3
+import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
@@ -114,6 +115,7 @@ class Session:
             version = version_of(database, path)
         if read_only:
             return cls._opened_to_read(path, ())
+        left = _left(path)
         try:
             # a migrated session is a new file, which has one name
             why = _not_writable(path, one_name=version == VERSION)
@@ -125,7 +127,7 @@ class Session:
         if lock is None:
             return cls._opened_to_read(path, (f"{why}; it is opened read only",))
         try:
-            return cls._opened_to_write(path, lock)
+            return cls._opened_to_write(path, lock, left)
         except BaseException:
             lock.release()
             raise
@@ -146,8 +148,8 @@ class Session:
         return session
 
     @classmethod
-    def _opened_to_write(cls, path: Path, lock: Lock) -> Self:
-        recovery, warnings = None, (*place_warnings(path), *_left(path))
+    def _opened_to_write(cls, path: Path, lock: Lock, left: Sequence[str]) -> Self:
+        recovery, warnings = None, (*place_warnings(path), *left)
         old: list[Chunk] = []
         if has_log(path):  # the next connection gives up, and removes, what is behind a fault
             with reading(path) as database:
@@ -206,7 +208,10 @@ class Session:
         return self.storage_error is not None
 
     def on_storage(self, callback: Told) -> None:
-        """Have a sentence told when the place fails, and None when it is mended."""
+        """Have a sentence told when the place fails, and None when it is mended.
+
+        The callback must not call the session, which waits for it.
+        """
         self._callbacks.append(callback)
 
     def do(self, action: str, /, **detail: object) -> Event:
@@ -320,26 +325,22 @@ class Session:
         """Put everything, also what is held, into a new file and go on there.
 
         The old file stays as it is.  What can no longer be read of it is told in
-        `warnings`.  Raises SessionError where there is such a file already, and
-        StorageError where the new place fails too; nothing has changed then.
+        `warnings`.  Raises SessionError where there is such a file already or none can be made,
+        and StorageError where the new place fails too; nothing has changed then.
         """
         with self._doing:
             journal = self._writable()
             check_place(path)
             changed = self._changed
-            same = path.resolve() == self.path.resolve()
-            if same:  # where the file was removed from
-                journal.lock.release()
-            lock = _locked(path)
+            same = path.resolve() == self.path.resolve()  # where the file was removed from
+            lock = journal.lock if same and journal.lock.stands else _locked(path)
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
             try:
                 check_place(path)
                 found = self._writer.call(lambda: journal.move(path, lock, events, changed))
             except BaseException:
-                if same:
-                    journal.lock = lock
-                else:
+                if lock is not journal.lock:
                     lock.release()
                 raise
             self.path, self.state = path, found.state
@@ -417,7 +418,12 @@ class Session:
 
     def _tell(self, sentence: str | None) -> None:
         for callback in self._callbacks:
-            callback(sentence)
+            try:
+                callback(sentence)
+            except Exception:  # what was accepted is more than who is told of it
+                threading.excepthook(
+                    threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
+                )
 
 
 def _locked(path: Path) -> Lock:

@@ -120,6 +120,11 @@ class Store:
             return True
         return self._log_identity is not None and _identity(self._log) != self._log_identity
 
+    @property
+    def _has_log(self) -> bool:
+        """Whether the log of that name is the one that was written here."""
+        return self._log_identity is not None and _identity(self._log) == self._log_identity
+
     def write(
         self, events: Sequence[Event], chunks: Sequence[Chunk], cuts: Sequence[Cut] = ()
     ) -> None:
@@ -222,14 +227,18 @@ class Store:
         return why
 
     def _emptied_log(self) -> bool:
-        """Take what is in the log into the file, which may have got another name meanwhile."""
+        """Take what is in the log into the file, which may have got another name meanwhile.
+
+        Only from the log that was written here: SQLite would open another's by its name.
+        """
+        if not self._has_log:
+            return False
         row = self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
         return row is not None and row[0] == 0
 
     def tidy(self) -> None:
         """Remove the log of a file that is not there any more: beside another it would harm it."""
-        ours = self._log_identity is not None and _identity(self._log) == self._log_identity
-        if self.gone and ours:
+        if self.gone and self._has_log:
             with suppress(OSError):
                 self._log.unlink()
                 Path(f"{self._place}-shm").unlink(missing_ok=True)
