@@ -94,6 +94,23 @@ def test_a_log_with_a_fault_is_not_given_up(path, where, index):
     assert len(tell(saved)["passes"]) >= 5
 
 
+def test_frames_alone_behind_a_fault_are_not_given_up_either(path):
+    left = path.with_name("left.georibbon")
+    with Session.create(path, RIBBON) as session:
+        stream = session.stream(100.0)
+        empty = "PRAGMA wal_checkpoint(TRUNCATE)"
+        session._writer.call(lambda: session._journal._store._database.execute(empty))
+        for i in range(6):
+            stream.append(frames(100 * i, 100 * i + 100))
+            assert stream.flush()
+        for end in ("", "-wal"):
+            shutil.copyfile(f"{path}{end}", f"{left}{end}")
+    flip(Path(f"{left}-wal"), 0.4)
+    for way in WAYS.values():
+        with pytest.raises(SessionError, match=r"lose 0 events and [1-6] pieces? of frames"):
+            way(left)
+
+
 @pytest.mark.parametrize("index", [True, False])
 def test_a_transaction_that_was_not_promised_is_no_fault_of_the_log(path, index):
     """A frame without the end of its transaction, and half a frame, as a kill leaves them."""
@@ -278,6 +295,10 @@ def test_a_lock_of_another_user_is_seen(path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(lock.os, "open", open_for_reading_alone)
         assert str(os.getpid()) in holder(path)
+        create_session(path, recording())
+        with Session.open(path) as session:  # it must not be told to remove that lock
+            assert f"process {os.getpid()}" in session.warnings[0]
+            assert "remove" not in session.warnings[0]
     held.release()
     lock_file(path).write_text("")
     with monkeypatch.context() as patch:

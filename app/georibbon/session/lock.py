@@ -125,9 +125,17 @@ def holder(path: Path) -> str | None:
     """Who has a session open for writing, in words; None where nobody has."""
     file = lock_file(path)
     try:
-        descriptor = _opened(file)
+        return _holder(file)
     except PermissionError:
         return f"another user's program, or one that was broken off ({file.name} tells no more),"
+
+
+def _holder(file: Path) -> str | None:
+    """Who has locked a file; PermissionError where that cannot even be looked at."""
+    try:
+        descriptor = _opened(file)
+    except PermissionError:
+        raise
     except OSError:
         return None
     try:
@@ -142,6 +150,10 @@ def holder(path: Path) -> str | None:
 def not_lockable(path: Path, error: OSError) -> str:
     """Why a session cannot be locked, in words with the remedy."""
     file, reason = lock_file(path), error.strerror or error
+    with suppress(PermissionError):
+        owner = _holder(file)
+        if owner is not None:
+            return f"{path.name}: {owner} has the session open; close it there to write"
     if os.path.lexists(file):
         return (
             f"{path.name}: {file.name} beside it cannot be used ({reason}); remove it if no "
