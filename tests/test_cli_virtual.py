@@ -235,3 +235,13 @@ def test_what_cannot_be_is_refused_in_a_sentence(words, capsys, tmp_path, monkey
     assert told.err.count("\n") == 1
     assert REFUSED[words] in told.err
     assert list(Path().iterdir()) == []
+
+
+def test_a_plan_that_was_worked_on_is_not_overwritten(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdin", None)
+    plan = tmp_path / "plan.toml"
+    plan.write_text("mine", encoding="utf-8")
+    words = ["virtual", "--pty", str(tmp_path / "ribbon"), "--plan", str(plan)]
+    assert main(words) == 2
+    assert "not overwritten" in capsys.readouterr().err
+    assert plan.read_text(encoding="utf-8") == "mine"

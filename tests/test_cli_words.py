@@ -1,6 +1,7 @@
 """The command line as such: help, exit codes, and how refusals are told."""
 
 import itertools
+import json
 import os
 import shlex
 import signal
@@ -12,6 +13,7 @@ import pytest
 import georibbon
 from georibbon import cli
 from georibbon.cli import COMMANDS, main
+from georibbon.cli.printing import json_text
 from georibbon.errors import GeoribbonError
 
 
@@ -156,6 +158,47 @@ def test_a_file_name_on_a_terminal_that_knows_few_signs(tmp_path):
     run = program("info", str(tmp_path / "Tür"), env=environment, encoding="utf-8")
     assert run.returncode == 2
     assert run.stderr.startswith(f"georibbon: error: {tmp_path / 'Tür'}: ")
+
+
+STEERING = "\x1b[31m\x07\x9b2J\u202ered\u2028\x7f\x08\r"
+
+
+def test_nothing_from_outside_steers_the_terminal(failing, capsys):
+    failing(GeoribbonError(f"name {STEERING}, Ärmel 2 µm,\nand so on"))
+    assert main(["licences"]) == 2
+    told = "name ?[31m??2J?red????, Ärmel 2 µm,\nand so on\n"
+    assert capsys.readouterr().err == f"georibbon: error: {told}"
+
+
+def test_what_a_command_prints_steers_nothing_either(monkeypatch, capsys):
+    monkeypatch.setattr("georibbon.cli.licence_list.run", lambda _: print(f"a {STEERING} b"))
+    before = sys.stdout, sys.stderr
+    assert main(["licences"]) == 0
+    assert capsys.readouterr().out == "a ?[31m??2J?red???? b\n"
+    assert (sys.stdout, sys.stderr) == before
+
+
+def test_a_line_may_be_written_once_more(monkeypatch, capsys):
+    """What the program itself writes before and behind a text, as for a running count."""
+    monkeypatch.setattr(
+        "georibbon.cli.licence_list.run", lambda _: sys.stdout.write("\ra\rb\bc\b\b")
+    )
+    assert main(["licences"]) == 0
+    assert capsys.readouterr().out == "\ra?b?c\b\b"
+
+
+def test_a_file_name_that_would_steer(tmp_path):
+    run = program("info", str(tmp_path / "\x1b[31mred\x9b.georibbon"))
+    assert run.returncode == 2
+    assert "/?[31mred?.georibbon: there is no such" in run.stderr
+
+
+def test_json_escapes_what_would_steer():
+    facts = {"a": [STEERING, 'Ärmel\udcff\n"', 1.5], "ß\u202e": None}
+    text = json_text(facts)
+    assert json.loads(text) == facts
+    assert text.replace("\n", "").isprintable()
+    assert '"Ärmel' in text
 
 
 def test_the_exit_code_reaches_the_shell(tmp_path):

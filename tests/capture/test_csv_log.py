@@ -354,3 +354,8 @@ def test_places_where_nothing_can_be_written(tmp_path, monkeypatch):
     monkeypatch.setattr("os.access", lambda *_: False)
     with pytest.raises(ExportError, match="cannot be written to"):
         check_csv_place(tmp_path / "run.csv")
+
+
+def test_a_name_that_no_file_can_have_is_refused(tmp_path):
+    with pytest.raises(ExportError, match="no file can have this name"):
+        check_csv_place(tmp_path / ("x" * 300 + ".csv"))

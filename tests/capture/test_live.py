@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lying import curve, lying
 
-from georibbon.capture.live import OFTEN, SOON, LiveFit
+from georibbon.capture.live import OFTEN, POOR, SOON, LiveFit
 from georibbon.errors import FitError
 from georibbon.fitting.candidates import find_candidates
 from georibbon.fitting.grid import Shape, integrate_frames
@@ -151,6 +151,21 @@ def test_laid_elsewhere_it_is_found_again(lay, seed):
     assert later.settled
     assert away(later, lay, second) < 0.02
     assert later.misfit < 1.2
+
+
+@pytest.mark.parametrize(("lay", "counts"), [(TWO, 25.0), (THREE, 15.0)])
+def test_readings_that_cost_more_than_usual_are_not_settled_until_all_was_tried(lay, counts):
+    """Not so dear that any place would be called poor: the rise alone tells it."""
+    truth = curve(lay.grid)
+    fit = LiveFit(lay.ribbon, lay.calibration)
+    assert followed(lay, [truth] * 3, fit=fit).settled
+    noise = counts * np.random.default_rng(3).standard_normal(len(lay.sigma))
+    risen = [fit.update(lay.counts(truth, 1) + noise, lay.sigma, LENGTH) for _ in range(5)]
+    assert 1.0 < risen[-1].misfit < np.sqrt(POOR)
+    assert away(risen[-1], lay, truth) < 0.05
+    assert not any(one.settled for one in risen)
+    later = [fit.update(lay.counts(truth, 1) + noise, lay.sigma, LENGTH) for _ in range(SOON + 2)]
+    assert later[-1].settled
 
 
 def false_minimum(lay):

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from georibbon.device.identity import (
+    MOST_RATE,
     Identity,
     OtherRibbonError,
     check_same,
@@ -85,6 +86,8 @@ def test_a_newer_firmware_may_tell_more():
         ({"length": -1}, "a length in metres"),
         ({"rate": float("nan")}, "rate is nan"),
         ({"rate": 1e999}, "rate is inf"),
+        ({"rate": 10_001.0}, r"rate is 10001\.0; at most 10000 frames per second"),
+        ({"rate": 1e9}, "at most 10000 frames per second"),
         ({"sensors": {}}, "tables written"),
         ({"sensors": []}, "no accelerometer"),
         ({"sensors": [7]}, "7 stands where an object"),
@@ -93,6 +96,46 @@ def test_a_newer_firmware_may_tell_more():
 def test_refused_with_the_field_named(change, words):
     with pytest.raises(DeviceError, match=words):
         read(fields() | change)
+
+
+# What a terminal obeys: escape sequences, their one-character forms, and text that turns round.
+HOSTILE = "\x1b[2J\x9b31m\r\n\x07\x00\x7f\u202e\u2028"
+FIELDS = ("id", "firmware", "protocol", "length", "rate", "sensors")
+OF_SENSOR = ("name", "kind", "axes", "position", "counts_per_unit")
+
+
+@given(
+    st.sampled_from([*FIELDS, *(f"sensors.{one}" for one in OF_SENSOR), "new"]),
+    st.text(st.sampled_from(HOSTILE + "a"), min_size=1, max_size=300),
+    st.booleans(),
+)
+def test_nothing_in_an_identity_reaches_a_terminal_unescaped(field, text, as_key):
+    data = fields()
+    name, _, inner = field.partition(".")
+    value = {text: text} if as_key else text
+    if inner:
+        data[name][1][inner] = value
+    else:
+        data[name] = value
+    said = what_is_said(data)
+    assert said
+    assert all(words.isprintable() for words in said)
+
+
+def what_is_said(data):
+    """All that is told of an identity, in refusing it or in comparing it."""
+    try:
+        identity = read(data)
+        said = [identity.firmware, *(sensor.name for sensor in identity.ribbon.sensors)]
+        check_same(replace(identity.ribbon, id=identity.ribbon.id + "z"), identity.ribbon)
+    except OtherRibbonError as error:
+        return [*said, str(error)]
+    except DeviceError as error:
+        return [str(error)]
+
+
+def test_the_highest_rate_that_is_taken():
+    assert read(fields() | {"rate": MOST_RATE}).ribbon.rate == MOST_RATE
 
 
 @pytest.mark.parametrize("field", ["protocol", "firmware", "id", "length", "rate"])
@@ -134,7 +177,9 @@ def test_another_ribbon_is_told_with_both_names():
 def test_other_sensors_are_told():
     moved = replace(RIBBON.sensors[1], position=0.21)
     other = replace(RIBBON, sensors=(RIBBON.sensors[0], moved, RIBBON.sensors[2]))
-    with pytest.raises(OtherRibbonError, match=r'other sensors .* first that differs is "M01"'):
+    with pytest.raises(
+        OtherRibbonError, match=r'other sensors .*"M01": position 0.21, 0.2 expected'
+    ):
         check_same(other, RIBBON)
     with pytest.raises(OtherRibbonError, match=r"2 sensors on 0\.5 m; 3 sensors on 0\.5 m exp"):
         check_same(replace(RIBBON, sensors=RIBBON.sensors[:2]), RIBBON)

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from fake import RIBBON, DirectPort, FakeRibbon, PtyCable, TcpCable, open_files, settled
 
+from georibbon.device import handshake
 from georibbon.device.frames import pack_frame
 from georibbon.device.identity import Identity, write_identity
 from georibbon.device.link import Link, LinkState, LinkTiming
 from georibbon.device.packets import FRAME, IDENTITY, MESSAGE
 from georibbon.device.ports import PortInfo, SerialPort
+from georibbon.device.telling import MOST_EVENTS, Listeners
 from georibbon.errors import DeviceError
 from waiting import wait_until
 
@@ -119,15 +121,17 @@ def test_what_is_damaged_or_dropped_is_lost_and_nothing_else():
     assert len(tap.take()) == health.frames == ribbon.frames - 7
 
 
-def test_a_frame_of_another_length_is_damaged():
+def test_a_frame_of_another_length_is_damaged_and_told_once():
     ribbon = FakeRibbon()
-    link, _, _ = link_to(ribbon)
+    link, told, _ = link_to(ribbon)
     with link:
         streams(link)
         ribbon.says += [(FRAME, b"1234567"), (FRAME, b"")]
         streams(link)
         health = accounted(link, ribbon, 1)
     assert (health.lost, health.damaged) == (2, 2)
+    (refused,) = told.messages("refused")
+    assert refused.startswith(f"a frame of 7 bytes came, {4 + 2 * len(RIBBON.columns)} are what")
 
 
 def test_an_unknown_packet_is_skipped_and_counted():
@@ -233,6 +237,17 @@ def test_the_rate_is_asked_for_and_another_one_is_told():
     assert ribbon.commands[:5] == ["stop", "identify", "rate 90", "identify", "start"]
 
 
+def test_the_rate_holds_though_the_answer_to_it_was_not_kept(monkeypatch):
+    """More comes while the identity is awaited than is kept: the first is, the second is not."""
+    monkeypatch.setattr(handshake, "MOST_HELD", 2)
+    link, _, _ = link_to(FakeRibbon(), rate=50.0)
+    with link:
+        assert link.wait_for_identity(20.0).ribbon.rate == 50.0
+        streams(link)
+        assert link.identity.ribbon.rate == 50.0
+        assert link._intake._timeline.rate == 50.0
+
+
 def test_a_rate_that_it_has_is_no_news():
     link, told, _ = link_to(FakeRibbon(), rate=50.0)
     with link:
@@ -254,6 +269,20 @@ def test_messages_are_told_as_one_printable_line():
     assert said[2:] == ["x" * 300, "(an empty message)"]
 
 
+def test_a_ribbon_that_says_the_same_again_is_told_now_and_then(monkeypatch):
+    ribbon = FakeRibbon()
+    link, told, _ = link_to(ribbon)
+    with link:
+        streams(link)
+        ribbon.says += [(MESSAGE, b"battery low")] * 50
+        streams(link, 20)
+        assert told.messages("message") == ["battery low"]
+        monkeypatch.setattr("georibbon.device.intake.REPEATED", 0.0)
+        ribbon.says += [(MESSAGE, b"battery low"), (MESSAGE, b"booted")]
+        wait_until(lambda: len(told.messages("message")) == 3)
+    assert told.messages("message") == ["battery low", "battery low (50 times)", "booted"]
+
+
 def test_a_ribbon_that_says_too_much():
     ribbon = FakeRibbon()
     link, told, _ = link_to(ribbon)
@@ -268,6 +297,27 @@ def test_a_ribbon_that_says_too_much():
     assert said[:2] == ["help 0", "help 1"]
     assert "more than is told" in said[19]
     assert len(said) < 1000
+
+
+def test_what_a_ribbon_says_hides_nothing_else():
+    listeners, events = Listeners(), []
+    listeners.events.append(events.append)
+    for n in range(100):
+        listeners.happened("message", f"help {n}")
+    for kind in ("restarted", "refused", "rate"):
+        listeners.happened(kind, f"it is {kind}")
+    assert {"it is restarted", "it is refused", "it is rate"} <= {one.message for one in events}
+
+
+def test_a_ribbon_that_restarts_without_end_is_told_so_within_bounds():
+    listeners, events = Listeners(), []
+    listeners.events.append(events.append)
+    began = time.monotonic()
+    for _ in range(2000):
+        listeners.happened("restarted", "anew")
+    seconds = int(time.monotonic() - began) + 2
+    assert len(events) <= seconds * MOST_EVENTS
+    assert "more of this kind" in events[MOST_EVENTS - 1].message
 
 
 def test_a_ribbon_that_stalls_is_asked_again():
@@ -559,6 +609,14 @@ def test_packets_but_no_identity():
         link.wait_for_identity(20.0)
 
 
+def test_an_identity_that_is_too_long():
+    ribbon = FakeRibbon(answers=False)
+    link, _, at = link_to(ribbon, HASTY)
+    at.ribbon.due = lambda: b"\x01" * 5000 + b"\0"
+    with link, pytest.raises(DeviceError, match="of more than 4096 bytes came"):
+        link.wait_for_identity(20.0)
+
+
 def test_an_identity_that_cannot_be_read():
     ribbon = FakeRibbon(answers=False)
     ribbon.says.append((IDENTITY, b'{"protocol": 2}'))
@@ -589,7 +647,13 @@ def test_an_identity_is_waited_for_no_longer_than_asked():
 
 @pytest.mark.parametrize(
     "more",
-    [{"rate": 0.0}, {"rate": float("nan")}, {"rate": 1e7}, {"baudrate": 0}, {"baudrate": 10**9}],
+    [
+        {"rate": 0.0},
+        {"rate": float("nan")},
+        {"rate": 10_001.0},
+        {"baudrate": 0},
+        {"baudrate": 10**9},
+    ],
 )
 def test_numbers_that_mean_nothing(more):
     with pytest.raises(DeviceError, match="expected"):
@@ -739,6 +803,31 @@ def test_a_fault_of_the_program_is_not_hidden(monkeypatch):
     with link, pytest.raises(DeviceError, match="a fault of the program ended the link"):
         link.wait_for_identity(20.0)
     assert [args.exc_type for args in caught] == [KeyError]
+
+
+def test_a_fault_of_the_program_leaves_nobody_waiting(monkeypatch):
+    """What came before can be taken; who waits for more learns that none will come."""
+    monkeypatch.setattr(threading, "excepthook", lambda _: None)
+    link, _, at = link_to(FakeRibbon())
+    tap = link.recorder()
+    with link:
+        streams(link)
+        at.ports[-1].read = lambda: {}["a fault"]
+        wait_until(lambda: tap.closed)
+        assert link.state == LinkState.DISCONNECTED
+        assert len(tap.take()) == link.health().frames
+        assert link.recorder().closed
+
+
+def test_the_last_change_is_told_by_the_thread_that_stops_it():
+    link, told, _ = link_to(FakeRibbon())
+    threads = []
+    link.on_change(lambda _: threads.append(threading.current_thread()))
+    with link:
+        streams(link)
+    assert told.reasons()[-1] == "the link was stopped"
+    assert threads[-1] is threading.current_thread()
+    assert set(threads[:-1]) == {link._thread}
 
 
 class Line:

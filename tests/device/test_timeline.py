@@ -18,6 +18,7 @@ class Wire:
 
     def __init__(self, clock=0, sequence=0, rate=RATE):
         self.timeline = Timeline(rate)
+        self.period = round(1e6 / rate)
         self.clock, self.sequence, self.host = clock, sequence, 1000.0
         self.t, self.sent, self.taken, self.pending = [], 0, 0, 0
         self.true = []
@@ -29,7 +30,7 @@ class Wire:
     def frames(self, count, arrive=True, delay=0.0):
         """Frames, one after the other, that arrive or do not."""
         for _ in range(count):
-            self.pass_by(PERIOD)
+            self.pass_by(self.period)
             number = self._number()
             if not arrive:
                 self.pending += bool(self.taken)
@@ -136,9 +137,14 @@ def test_over_a_reconnect_a_ribbon_that_began_anew(before, seconds, boot, lost, 
     assert gap == pytest.approx(seconds + (boot + lost + 1) * 0.01)
 
 
-@given(**STARTS, others=st.integers(0, 3))
-def test_a_ribbon_that_began_anew_on_the_same_line(clock, sequence, others):
-    wire = Wire(clock + 10 * CLOCK, sequence)
+# At about 15.26 frames per second clock and numbers begin anew together, and always agree.
+RATES = st.floats(5.0, 1000.0) | st.floats(15.0, 15.5)
+
+
+@given(**STARTS, others=st.integers(0, 3), rate=RATES)
+@example(clock=60_000_000, sequence=900, others=0, rate=15.0)
+def test_a_ribbon_that_began_anew_on_the_same_line(clock, sequence, others, rate):
+    wire = Wire(clock + 10 * CLOCK, sequence, rate)
     wire.frames(100)
     already = wire.clock % CLOCK
     wire.restart(after=300_000)
@@ -151,17 +157,18 @@ def test_a_ribbon_that_began_anew_on_the_same_line(clock, sequence, others):
     assert all(b > a for a, b in pairwise(wire.t))
 
 
-def test_frames_that_waited_in_a_buffer_are_not_lost():
-    wire = Wire()
+@pytest.mark.parametrize("rate", [15, 100])
+def test_frames_that_waited_in_a_buffer_are_not_lost(rate):
+    wire = Wire(rate=rate)
     wire.frames(10)
     # The program is halted for two minutes: four seconds are kept, the rest is lost.
     late = wire.host + 120.0
-    for _ in range(400):
-        wire.frames(1, delay=late - wire.host - 0.01)
-    wire.frames(11_500, arrive=False)
-    wire.frames(100)
+    for _ in range(4 * rate):
+        wire.frames(1, delay=late - wire.host - 1 / rate)
+    wire.frames(115 * rate, arrive=False)
+    wire.frames(rate)
     assert wire.timeline.restarts == 0
-    assert wire.timeline.lost == 11_500
+    assert wire.timeline.lost == 115 * rate
 
 
 def test_a_frame_that_came_already_is_not_taken_twice():

@@ -19,7 +19,7 @@ from georibbon.ribbon import Readings
 from georibbon.session import chunks, database, reading, restoring
 from georibbon.session.database import connect
 from georibbon.session.events import Event
-from georibbon.session.file import create_session, read_session
+from georibbon.session.file import check_place, create_session, read_session
 from georibbon.session.folder import read_recording, write_recording
 from georibbon.session.schema import TABLES
 
@@ -421,3 +421,11 @@ def test_what_cannot_be_read_back_is_not_written(tmp_path):
     with pytest.raises(RecordingError, match="no whole number"):
         create_session(tmp_path / "s.georibbon", Recording(RIBBON, (), (*passes, half)))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_link_that_leads_nowhere_is_left_alone(tmp_path):
+    link = tmp_path / "link.georibbon"
+    link.symlink_to(tmp_path / "nothing.georibbon")
+    with pytest.raises(SessionError, match="leads nowhere"):
+        check_place(link)
+    assert link.is_symlink()

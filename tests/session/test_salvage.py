@@ -389,7 +389,7 @@ def test_what_stands_behind_a_damaged_place_of_the_log_is_saved(crashed, tmp_pat
     before = everything(crashed.parent)
     found = check_session(crashed)
     assert found.verdict == "damaged"
-    assert "leave out" in found.message
+    assert "would lose" in found.message
     assert everything(crashed.parent) == before
     salvage(crashed, tmp_path / "t.georibbon")
     state, frames = held(tmp_path / "t.georibbon")

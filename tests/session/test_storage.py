@@ -443,7 +443,8 @@ print(json.dumps([told, partly, stream.durable]))
 @pytest.mark.parametrize("way", ["move", "retry"])
 def test_a_disk_that_is_really_full(tmp_path, way):
     """A quota on the size of every file of the process, which the kernel enforces."""
-    paths = json.dumps([str(Path(__file__).parent), str(Path(store.__file__).parents[2])])
+    folders = [*Path(__file__).parents[:2], Path(store.__file__).parents[2]]
+    paths = json.dumps([str(folder) for folder in folders])
     run = subprocess.run(
         [sys.executable, "-W", "error", "-c", QUOTA, paths, str(tmp_path), way],
         capture_output=True, text=True, check=True, timeout=100,

@@ -88,7 +88,7 @@ def _no_links(*_):
 
 
 def test_where_it_cannot_be_migrated_it_stays_as_it_was(session, monkeypatch):
-    def fail(*_):
+    def fail(*_, **__):
         raise SessionError("no room")
 
     before = session.read_bytes()

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from georibbon.errors import SessionError
 from georibbon.session import writer as module
 from georibbon.session.writer import Writer
 from waiting import wait_until
@@ -19,7 +20,7 @@ def test_calls_are_run_in_their_order_on_one_thread():
     assert threading.current_thread() not in threads
     assert writer.call(lambda: writer.call(lambda: 7)) == 7
     writer.stop()
-    with pytest.raises(RuntimeError, match="closed"):
+    with pytest.raises(SessionError, match="closed"):
         writer.call(lambda: 7)
     assert not threads.pop().is_alive()
 

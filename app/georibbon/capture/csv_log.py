@@ -32,7 +32,7 @@ class _Block:
 
 def check_csv_place(path: Path) -> None:
     """Refuse a place where no new CSV file can be made: ExportError says why."""
-    if os.path.lexists(path):
+    if _is_there(path):
         torn = " (its last line was cut off: remove that line before you use the file)"
         raise ExportError(
             f"{path}: this is there already{torn if _is_torn(path) else ''}, and raw data is never "
@@ -47,6 +47,20 @@ def check_csv_place(path: Path) -> None:
             f"{path}: the folder {path.parent} cannot be written to; "
             "choose a place where you may write"
         )
+
+
+def _is_there(path: Path) -> bool:
+    """Whether the name is taken; ExportError for one that no file can have."""
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ExportError(
+            f"{path}: no file can have this name ({reason}); choose another"
+        ) from error
+    return True
 
 
 class CsvLog:

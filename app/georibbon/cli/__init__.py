@@ -16,10 +16,12 @@ import traceback
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import TextIO, cast
 
 from georibbon import __version__
 from georibbon.cli.arguments import Parser
 from georibbon.errors import GeoribbonError
+from georibbon.session.words import shown
 
 # The commands in the order in which they are met: module, and what it does in one line.
 COMMANDS = {
@@ -60,10 +62,20 @@ FAULT, INPUT_AT_FAULT, INTERRUPTED, PIPE_CLOSED = 1, 2, 130, 141
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
-    debug = "--debug" in words
     if argv is None:
         _end_cleanly()
     _print_anything()
+    streams = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (cast("TextIO", _Shown(stream)) for stream in streams)
+    try:
+        return _run(words)
+    finally:
+        sys.stdout, sys.stderr = streams
+
+
+def _run(words: Sequence[str]) -> int:
+    """Run the command that the words name; returns the exit code."""
+    debug = "--debug" in words
     try:
         shown = window_for(words)
         if shown is not None:
@@ -110,6 +122,27 @@ def _end_cleanly() -> None:
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
+
+
+class _Shown:
+    """A stream that shows texts from outside, and never lets them steer the terminal.
+
+    A carriage return before a text and backspaces behind it are the program's
+    own: it writes a line once more with them.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text without what steers a terminal."""
+        body = text.removeprefix("\r").rstrip("\b")
+        start = len(text) - len(text.removeprefix("\r"))
+        self._stream.write(text[:start] + shown(body) + text[start + len(body) :])
+        return len(text)
 
 
 def _print_anything() -> None:

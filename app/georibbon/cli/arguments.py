@@ -64,13 +64,18 @@ def pair(text: str, what: str) -> tuple[str, str]:
     return name, value
 
 
+def above_zero(text: str) -> float:
+    """A number above zero."""
+    return _at_least(0.0, False, "a number above 0")(text)
+
+
 def add_link_options(parser: Parser) -> None:
     """The words that say which ribbon, and how to speak with it."""
     parser.add_argument(
         "url", metavar="URL", help="the ribbon's port: /dev/tty…, COM… or socket://HOST:PORT"
     )
     parser.add_argument(
-        "--rate", metavar="HZ", type=_at_least(0.0, False, "a number above 0"),
+        "--rate", metavar="HZ", type=above_zero,
         help="ask the ribbon for so many frames a second",
     )  # fmt: skip
     parser.add_argument(

@@ -1,12 +1,12 @@
 """``georibbon check``: whether a session file is in order; saving what can be read if not."""
 
 import argparse
-import json
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
+from georibbon.cli.printing import json_text
 from georibbon.errors import SessionError
 from georibbon.export.files import require_ending
 from georibbon.session.words import counted
@@ -97,7 +97,7 @@ def _print(found: "Checkup", saved: "Checkup | None", as_json: bool) -> None:
             **numbers,
             "lost": list(best.lost),
         }
-        print(json.dumps(facts, indent=2, ensure_ascii=False))
+        print(json_text(facts))
         return
     plurals = {"passes": ("pass or tie", "passes and ties")}
     told = [

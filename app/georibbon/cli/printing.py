@@ -1,15 +1,31 @@
 """What several commands print."""
 
+import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from georibbon.notices import Notice
-from georibbon.session.words import counted
+from georibbon.session.words import counted, hidden
 
 if TYPE_CHECKING:
     from georibbon.geometry.surface import Surface
     from georibbon.reconstruction import Reconstruction
+
+
+def json_text(facts: Mapping[str, object]) -> str:
+    """One JSON object in lines; what would steer a terminal, or is no text, is escaped."""
+    text = json.dumps(facts, indent=2, ensure_ascii=False)
+    return "".join(map(_escaped, text))
+
+
+def _escaped(character: str) -> str:
+    if character.isascii() and character != "\x7f":
+        return character  # JSON has escaped these
+    surrogate = "\ud800" <= character <= "\udfff"
+    if not surrogate and not hidden(character):
+        return character
+    return json.dumps(character)[1:-1] if character != "\x7f" else "\\u007f"
 
 
 def print_notices(notices: Iterable[Notice]) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from georibbon.cli.arguments import Parser, number, whole
+from georibbon.cli.arguments import Parser, above_zero, add_link_options
 from georibbon.cli.outputs import signals_noted
 from georibbon.errors import DeviceError, GeoribbonError, StorageError
 from georibbon.export.files import require_ending
@@ -33,7 +33,7 @@ or it is interrupted (Ctrl-C): that is its normal end.
 Once a second, and at the end, one JSON line is printed:
   frames      taken from the ribbon
   durable     of them, safe on the disk, whatever happens to this computer
-  lost        packets that did not arrive, by their numbers
+  lost        packets missing by their numbers, those that came damaged among them
   damaged     packets that arrived damaged and were dropped
   stalls      times the ribbon fell silent
   reconnects  times the port was opened again
@@ -86,40 +86,16 @@ class _Log(Protocol):
 def configure(_name: str, parser: Parser) -> None:
     """Describe the command and its arguments."""
     parser.teach(DESCRIPTION, EPILOG)
-    parser.add_argument(
-        "url", metavar="URL", help="the ribbon's port: /dev/tty…, COM… or socket://HOST:PORT"
-    )
+    add_link_options(parser)
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, required=True,
         help="the file to make, F.csv or F.georibbon",
     )  # fmt: skip
     parser.add_argument(
-        "--seconds", metavar="N", type=_above_zero,
+        "--seconds", metavar="N", type=above_zero,
         help="how long, from the first frame on (default: until interrupted)",
     )  # fmt: skip
-    parser.add_argument(
-        "--rate", metavar="HZ", type=_above_zero, help="ask the ribbon for so many frames a second"
-    )
-    parser.add_argument(
-        "--baud", metavar="N", type=_baud, default=921600,
-        help="the port's speed (default %(default)s)",
-    )  # fmt: skip
-    parser.add_argument("--id", metavar="RIBBON", help="refuse any other ribbon than this one")
     parser.set_defaults(run=run)
-
-
-def _above_zero(text: str) -> float:
-    value = number(text)
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"{text} found, a number above 0 expected")
-    return value
-
-
-def _baud(text: str) -> int:
-    value = whole(text)
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"{text} found, a whole number above 0 expected")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -1,11 +1,11 @@
 """``georibbon info``, ``import`` and ``export``: what is in a recording, and moving it."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser
+from georibbon.cli.printing import json_text
 from georibbon.export.files import require_ending
 from georibbon.session.words import counted
 
@@ -117,7 +117,7 @@ def info(arguments: argparse.Namespace) -> None:
 
     folder = folder_of(arguments.source)
     facts, text = _session(arguments.source) if folder is None else _folder(folder)
-    print(json.dumps(facts, indent=2, ensure_ascii=False) if arguments.json else text)
+    print(json_text(facts) if arguments.json else text)
 
 
 def _folder(path: Path) -> tuple["Facts", str]:

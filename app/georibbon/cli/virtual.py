@@ -17,7 +17,7 @@ from georibbon.cli.simulation import (
     settings_from,
     surfaces_told,
 )
-from georibbon.errors import GeoribbonError, SettingsError
+from georibbon.errors import ExportError, GeoribbonError, SettingsError
 
 if TYPE_CHECKING:
     from georibbon.virtual import Port, VirtualRibbon, VirtualSettings
@@ -34,6 +34,9 @@ everything was played), so that `< /dev/null` lets it run in the background.  Af
 `unplug` and `replug` the ribbon's clock and sequence numbers go on, and it is silent
 until the host says start, as a ribbon with its own battery is.
 
+The hands of `play` do not look: what the host refuses is not laid again.  A ribbon has at
+most 43 sensors here: its identity must fit into one packet.
+
 The same words give the same sensors, passes and survey as `georibbon simulate`.
 
 commands:
@@ -45,10 +48,10 @@ surfaces, with the parameters that --parameter changes:
 
 EPILOG = """\
 examples:
-  georibbon virtual --pty build/ribbon
-  georibbon virtual --surface dome --ties 2 --tcp 127.0.0.1:7000 --truth build/dome.truth.json
-  georibbon virtual --mesh part.stl --unit mm --passes 7 --pty --plan build/part.plan.toml
-  georibbon virtual --pty build/ribbon --play --hold 4"""
+  georibbon virtual --pty ribbon
+  georibbon virtual --surface dome --ties 2 --tcp 127.0.0.1:7000 --truth dome.truth.json
+  georibbon virtual --mesh part.stl --unit mm --passes 7 --pty --plan part.plan.toml
+  georibbon virtual --pty ribbon --play --hold 4"""
 
 DEFAULT_SURFACE = "bonnet"
 # What `simulate` calls --plan is the number of poses; here --plan is the plan's file.
@@ -185,7 +188,17 @@ def _write(world: "VirtualRibbon", truth: Path | None, plan: Path | None) -> Non
         if truth is not None:
             write_truth(world.truth, outputs.place(truth))
         if plan is not None:
+            _keep(plan, world.plan_text())
             outputs.place(plan).write_text(world.plan_text(), encoding="utf-8")
+
+
+def _keep(plan: Path, text: str) -> None:
+    """Refuse to write over a plan that a person may have worked on."""
+    if plan.exists() and plan.read_bytes() != text.encode():
+        raise ExportError(
+            f"{plan}: there is another file of this name and it is not overwritten; move it away "
+            "or choose another name"
+        )
 
 
 def _served(world: "VirtualRibbon", link: str | None, host: str | None, port: int) -> "Port":

@@ -37,9 +37,14 @@ def pack_frame(microseconds: int, counts: Counts) -> bytes:
     return _MICROSECONDS.pack(microseconds % CLOCK) + counts.astype("<i2").tobytes()
 
 
+def frame_bytes(columns: int) -> int:
+    """How long the payload of a frame packet is."""
+    return _MICROSECONDS.size + 2 * columns
+
+
 def unpack_frame(payload: bytes, columns: int) -> tuple[int, Counts] | None:
     """Microseconds and counts of a frame packet; None where its length is not the ribbon's."""
-    if len(payload) != _MICROSECONDS.size + 2 * columns:
+    if len(payload) != frame_bytes(columns):
         return None
     counts = np.frombuffer(payload, "<i2", offset=_MICROSECONDS.size).astype(np.int16)
     return _MICROSECONDS.unpack_from(payload)[0], counts

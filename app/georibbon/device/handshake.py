@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from georibbon.device.health import Counts
 from georibbon.device.identity import Identity, read_identity
-from georibbon.device.packets import IDENTITY, Packet, PacketReader
+from georibbon.device.packets import IDENTITY, MOST_DECODED, Packet, PacketReader
 from georibbon.device.ports import Port
 from georibbon.errors import DeviceError
 from georibbon.session.words import counted
@@ -54,6 +54,11 @@ class Wire:
         self._counts = counts
         self._reader = PacketReader()
         self._damaged = 0
+
+    @property
+    def too_long(self) -> int:
+        """How many packets were longer than a packet may be."""
+        return self._reader.too_long
 
     def drop(self) -> None:
         """Forget what the line held before it was opened."""
@@ -114,6 +119,11 @@ class Handshake:
 
     def _silence(self) -> str:
         seconds = self._timing.answer * self._timing.tries
+        if self._wire.too_long:
+            return (
+                f"{counted(self._wire.too_long, 'packet')} of more than {MOST_DECODED} bytes came "
+                f"and no identity within {seconds:g} s; has the ribbon too many sensors for one?"
+            )
         if self._packets:
             return (
                 f"{counted(self._packets, 'packet')} came, but no identity within {seconds:g} s; "

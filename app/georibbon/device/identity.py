@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 from georibbon.device.packets import MOST_PAYLOAD
 from georibbon.errors import DeviceError
@@ -12,6 +12,7 @@ from georibbon.session.outline import read_ribbon, ribbon_table
 from georibbon.session.words import counted, told
 
 PROTOCOL = 1
+MOST_RATE = 10_000.0  # frames per second: what half a second of them takes stays small
 _SOURCE = Source("the ribbon's identity", DeviceError)
 _OWN = ("protocol", "firmware")
 _RIBBON = ("id", "length", "rate")
@@ -56,7 +57,14 @@ def read_identity(payload: bytes) -> Identity:
         sensors = data["sensors"]
         listed = isinstance(sensors, list)
         table["sensor"] = [_known(one, _SENSOR) for one in sensors] if listed else sensors
-    return Identity(read_ribbon(table, _SOURCE), firmware)
+    ribbon = read_ribbon(table, _SOURCE)
+    if ribbon.rate > MOST_RATE:
+        top.refuse(
+            "rate",
+            f"rate is {told(ribbon.rate)}; at most {MOST_RATE:g} frames per second are expected; "
+            "is the ribbon's firmware up to date?",
+        )
+    return Identity(ribbon, firmware)
 
 
 def _known(data: object, fields: tuple[str, ...]) -> Mapping[str, object]:
@@ -108,8 +116,10 @@ def _outline(ribbon: Ribbon) -> str:
 
 
 def _first_other(found: Ribbon, expected: Ribbon) -> str:
-    """Which sensor is the first that differs."""
+    """Which sensor is the first that differs, and in what."""
     for one, other in zip(found.sensors, expected.sensors, strict=False):
-        if one != other:
-            return f" (the first that differs is {told(one.name)})"
+        for field in fields(one):
+            here, due = getattr(one, field.name), getattr(other, field.name)
+            if here != due:
+                return f" ({told(one.name)}: {field.name} {told(here)}, {told(due)} expected)"
     return ""

@@ -1,8 +1,9 @@
 """What undamaged packets bring: frames to those who take them, words to the person, counts."""
 
+import time
 from collections.abc import Sequence
 
-from georibbon.device.frames import Frame, unpack_frame
+from georibbon.device.frames import Frame, frame_bytes, unpack_frame
 from georibbon.device.handshake import Arrival
 from georibbon.device.health import Counts
 from georibbon.device.identity import Identity, check_same, read_identity
@@ -12,6 +13,7 @@ from georibbon.device.telling import EventKind, Listeners
 from georibbon.device.timeline import Timeline
 from georibbon.errors import DeviceError
 
+REPEATED = 10.0  # s for which a message that says the same again is only counted
 MOST_MESSAGE = 300  # characters of a ribbon's message that are told
 _RESTARTED = (
     "the ribbon has restarted: its clock or its packet numbers began anew; what was lost over "
@@ -32,11 +34,15 @@ class Intake:
         self._timeline = Timeline(identity.ribbon.rate)
         self._news: list[tuple[EventKind, str]] = []
         self._refusal: DeviceError | None = None
+        self._measured = False
+        self._said = ""
+        self._said_at = -REPEATED
+        self._repeats = 0
 
     def reconnected(self, identity: Identity) -> None:
         """The same ribbon answers again after the port was opened again."""
         self._timeline.reconnected()
-        self._accept(identity)
+        self.accept(identity)
 
     def take(self, arrivals: Sequence[Arrival]) -> int:
         """Take packets in, in their order; how many frames were among them.
@@ -77,6 +83,7 @@ class Intake:
         """The frame in a packet; None where its length is wrong or it came already."""
         found = unpack_frame(packet.payload, len(self.identity.ribbon.columns))
         if found is None:
+            self._wrong_length(len(packet.payload))
             return None
         microseconds, counts = found
         step = self._timeline.frame(packet.sequence, microseconds, arrived)
@@ -86,9 +93,30 @@ class Intake:
             self._news.append(("restarted", _RESTARTED))
         return Frame(step.t, counts, arrived)
 
+    def _wrong_length(self, found: int) -> None:
+        """Tell once that frames are not as long as the identity has it: a fault of the firmware."""
+        if not self._measured:
+            self._measured = True
+            expected = frame_bytes(len(self.identity.ribbon.columns))
+            words = (
+                f"a frame of {found} bytes came, {expected} are what the ribbon's identity says; "
+                "such frames are dropped: see to its firmware"
+            )
+            self._news.append(("refused", words))
+
+    def _message(self, text: str) -> None:
+        """Tell a message of the ribbon's; what it says over and over only now and then."""
+        now = time.monotonic()
+        if text == self._said and now - self._said_at < REPEATED:
+            self._repeats += 1
+            return
+        more = f" ({self._repeats + 1} times)" if text == self._said and self._repeats else ""
+        self._said, self._said_at, self._repeats = text, now, 0
+        self._news.append(("message", f"{text}{more}"))
+
     def _other(self, packet: Packet) -> None:
         if packet.type == MESSAGE:
-            self._news.append(("message", message_of(packet.payload)))
+            self._message(message_of(packet.payload))
         elif packet.type == IDENTITY:
             self._identity(packet.payload)
         elif packet.type not in KNOWN:
@@ -102,9 +130,10 @@ class Intake:
         except DeviceError as error:
             self._refusal = error
         else:
-            self._accept(identity)
+            self.accept(identity)
 
-    def _accept(self, identity: Identity) -> None:
+    def accept(self, identity: Identity) -> None:
+        """What the ribbon says of itself holds from here on, its rate too."""
         self.identity = identity
         self._timeline.rate = identity.ribbon.rate
 

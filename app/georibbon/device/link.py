@@ -10,7 +10,7 @@ from typing import Self
 from georibbon.device import ports
 from georibbon.device.handshake import Arrival, Handshake, LinkTiming, Wire
 from georibbon.device.health import Counts, Health
-from georibbon.device.identity import Identity, OtherRibbonError, check_same
+from georibbon.device.identity import MOST_RATE, Identity, OtherRibbonError, check_same
 from georibbon.device.intake import Intake, message_of
 from georibbon.device.packets import IDENTITY, MESSAGE
 from georibbon.device.ports import BAUDRATE, Finder, ListPorts, OpenPort, Port
@@ -24,7 +24,6 @@ __all__ = ["Change", "Event", "Health", "Link", "LinkState", "LinkTiming"]
 
 CAPACITY = 6_000  # frames in the ring: a minute at 100 frames/s
 _STOPPED = "the link was stopped"
-_MOST_RATE = 1e6
 _MOST_BAUDRATE = 50_000_000
 
 
@@ -37,8 +36,12 @@ class Link:
     then on.  capacity: frames that `ring` holds.
 
     One thread of its own reads and writes the port.  It begins with `start` and
-    tries for ever, also after the cable was pulled, until `stop`.  Callbacks are
-    called in that thread, one at a time: they should return at once.
+    tries for ever, also after the cable was pulled, until `stop`; where a fault of
+    the program ends it, the ring and the taps get no more and the taps are closed.
+    Callbacks are called in that thread, one at a time: they should return at once.
+    Only the last, that the link was stopped, is told in the thread that calls
+    `stop`; where the link's thread has not ended by then (it hangs in the port's
+    driver or in a callback), it may be in another callback at that time.
 
     Raises DeviceError for a url or a rate that means nothing.
     """
@@ -175,6 +178,7 @@ class Link:
                 wait = min(2.0 * wait, self._timing.retry_last)
         except Exception:
             self._fail("a fault of the program ended the link; please report it")
+            self._outlets.close()
             raise
 
     def _attempt(self) -> bool:
@@ -220,7 +224,8 @@ class Link:
         self._finder.opened(name)
         intake = self._answered(identity)
         wire.trusted = True
-        self._take_held(intake, handshake.held, identity)
+        self._take_held(intake, handshake.held)
+        intake.accept(identity)
         self._stream(intake, wire)
 
     def _ask(self, handshake: Handshake) -> Identity | None:
@@ -257,7 +262,7 @@ class Link:
         self._mark(LinkState.OPENING, f"the ribbon {ribbon} answers")
         return intake
 
-    def _take_held(self, intake: Intake, held: Sequence[Arrival], identity: Identity) -> None:
+    def _take_held(self, intake: Intake, held: Sequence[Arrival]) -> None:
         """What came with the identity.
 
         What came before the first identity of all belongs to nobody, words to the
@@ -271,7 +276,6 @@ class Link:
             if arrival.packet.type == MESSAGE:
                 self._listeners.happened("message", message_of(arrival.packet.payload))
         intake.take(held[begin:])
-        intake.identity = identity
 
     def _stream(self, intake: Intake, wire: Wire) -> None:
         """Read until told to stop; ask again whenever frames stay away."""
@@ -325,9 +329,9 @@ def _same_rate(identity: Identity, rate: float) -> bool:
 
 
 def _check_numbers(rate: float | None, baudrate: int) -> None:
-    if rate is not None and not 0.0 < rate <= _MOST_RATE:
+    if rate is not None and not 0.0 < rate <= MOST_RATE:
         raise DeviceError(
-            f"a rate of {told(rate)} frames per second; more than 0, at most {_MOST_RATE:g}, is "
+            f"a rate of {told(rate)} frames per second; more than 0, at most {MOST_RATE:g}, is "
             "expected"
         )
     if not 0 < baudrate <= _MOST_BAUDRATE:

@@ -49,12 +49,13 @@ class PacketReader:
     """Cuts a stream of bytes into packets.
 
     What does not decode, has a wrong checksum or is too long is dropped and
-    counted in `damaged`, and the next zero byte starts afresh.  Zero bytes that
-    follow each other are no packet and no damage.
+    counted in `damaged`, and the next zero byte starts afresh; too_long: those of
+    them that were too long.  Zero bytes that follow each other are no packet
+    and no damage.
     """
 
     def __init__(self) -> None:
-        self.damaged = 0
+        self.damaged = self.too_long = 0
         self._rest = b""
         self._skipping = False
 
@@ -72,6 +73,7 @@ class PacketReader:
         if self._skipping or len(rest) > MOST_STUFFED:
             # Counted once, at its first byte too many; the rest of it is not kept.
             self.damaged += not self._skipping
+            self.too_long += not self._skipping
             self._skipping, rest = True, b""
         self._rest = rest
         return packets
@@ -81,8 +83,12 @@ class PacketReader:
         self._rest, self._skipping = b"", False
 
     def _packet(self, stuffed: bytes) -> Packet | None:
+        if len(stuffed) > MOST_STUFFED:
+            self.damaged += 1
+            self.too_long += 1
+            return None
         try:
-            data = unstuff(stuffed) if len(stuffed) <= MOST_STUFFED else b""
+            data = unstuff(stuffed)
         except StuffingError:
             data = b""
         if not _LEAST <= len(data) <= MOST_DECODED:

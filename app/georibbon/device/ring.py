@@ -11,8 +11,10 @@ from georibbon.device.frames import Frame
 class Ring:
     """The last frames, at most `capacity` of them; who reads too slowly misses some.
 
-    One writes, any number read, each at its own pace and from any thread.  The
-    writer waits for no reader.
+    For displays, such as a window that draws what it gets to and tells what it
+    `missed`; who needs every frame takes them from a `Tap`.  One writes, any
+    number read, each at its own pace and from any thread.  The writer waits for
+    no reader.
     """
 
     def __init__(self, capacity: int) -> None:
@@ -120,13 +122,17 @@ class Outlets:
     def __init__(self, capacity: int) -> None:
         self.ring = Ring(capacity)
         self._taps: list[Tap] = []
+        self._closed = False
         self._lock = threading.Lock()
 
     def tap(self) -> Tap:
-        """A tap for all frames from now on."""
+        """A tap for all frames from now on; a closed one where no more will come."""
         tap = Tap()
         with self._lock:
-            self._taps.append(tap)
+            if self._closed:
+                tap.close()
+            else:
+                self._taps.append(tap)
         return tap
 
     def append(self, frames: Sequence[Frame]) -> None:
@@ -141,6 +147,7 @@ class Outlets:
     def close(self) -> None:
         """No more frames will come; what the taps hold can still be taken."""
         with self._lock:
+            self._closed = True
             for tap in self._taps:
                 tap.close()
             self._taps = []

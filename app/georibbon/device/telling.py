@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,8 +10,9 @@ from enum import StrEnum
 from typing import Literal, TypeVar
 
 T = TypeVar("T")
-MOST_EVENTS = 20  # told in one second
+MOST_EVENTS = 20  # of one kind, told in one second
 _MORE = "the ribbon says more than is told; what else it says in this second is left out"
+_MORE_NEWS = "more of this kind happens than is told; the rest of this second is left out"
 EventKind = Literal["message", "restarted", "refused", "rate"]
 
 
@@ -54,14 +56,16 @@ def now() -> str:
 class Listeners:
     """Those who want to be told of changes and of events.
 
-    Of events at most `MOST_EVENTS` a second are told, so that a ribbon gone mad
-    fills no memory and no disk; the last of them says that there were more.
+    Of each kind of events at most `MOST_EVENTS` a second are told, so that a ribbon
+    gone mad fills no memory and no disk, and what it says hides nothing else; the
+    last of them says that there were more.
     """
 
     def __init__(self) -> None:
         self.changes: list[Callable[[Change], None]] = []
         self.events: list[Callable[[Event], None]] = []
-        self._second, self._told = -1.0, 0
+        self._second = -1.0
+        self._told: Counter[EventKind] = Counter()
 
     def changed(self, state: LinkState, reason: str) -> None:
         """Tell of a change."""
@@ -71,12 +75,14 @@ class Listeners:
         """Tell of an event."""
         moment = time.monotonic()
         if moment - self._second >= 1.0:
-            self._second, self._told = moment, 0
-        self._told += 1
-        if self._told < MOST_EVENTS:
+            self._second = moment
+            self._told.clear()
+        self._told[kind] += 1
+        if self._told[kind] < MOST_EVENTS:
             _tell(self.events, Event(kind, message, now()))
-        elif self._told == MOST_EVENTS:
-            _tell(self.events, Event(kind, _MORE, now()))
+        elif self._told[kind] == MOST_EVENTS:
+            more = _MORE if kind == "message" else _MORE_NEWS
+            _tell(self.events, Event(kind, more, now()))
 
 
 def _tell(callbacks: list[Callable[[T], None]], told: T) -> None:

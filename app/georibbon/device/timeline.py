@@ -8,6 +8,7 @@ do not, and the ribbon has started anew.
 """
 
 from dataclasses import dataclass
+from math import inf
 
 from georibbon.device.frames import CLOCK
 from georibbon.device.packets import SEQUENCES
@@ -58,6 +59,7 @@ class Timeline:
         self._clock: int | None = None
         self._ticks = 0
         self._arrived = 0.0
+        self._lead = -inf  # s from arrival to t, of the frame that was least late
 
     def reconnected(self) -> None:
         """The port was opened again: what comes now may be from a ribbon that restarted."""
@@ -87,6 +89,7 @@ class Timeline:
             gap = self._last.gap(sequence)
             step = self._next(sequence, gap, (microseconds - self._clock) % CLOCK, arrived)
         self._last, self._clock, self._arrived = _Mark(sequence), microseconds, arrived
+        self._lead = max(self._lead, step.t - arrived)
         self._anew = None
         self.lost += step.lost
         self.restarts += step.restarted
@@ -108,7 +111,8 @@ class Timeline:
         """The step over a gap (modulo 65536) and a difference of the clock (modulo 2**32)."""
         host = max(arrived - self._arrived, 0.0)
         again = self._anew is not None
-        whole = elapsed_ticks(ticks, gap, host, self.rate, again)
+        late = self._lead + self._arrived - self._ticks * TICK  # the last frame's, s
+        whole = elapsed_ticks(ticks, gap, host, host + late, self.rate, again)
         if whole is None:
             self._ticks += max(round(host / TICK), 1)
             return Step(self._ticks * TICK, _sure(self._anew, sequence), True)
@@ -123,23 +127,26 @@ def _sure(mark: _Mark | None, sequence: int) -> int:
 
 
 def elapsed_ticks(
-    ticks: int, gap: int, host: float, rate: float, again: bool = False
+    ticks: int, gap: int, host: float, longest: float, rate: float, again: bool
 ) -> int | None:
     """Microseconds from one frame to the next; None where the ribbon has restarted.
 
     ticks: the difference of the ribbon's clock modulo 2**32.  gap: the missing
-    sequence numbers modulo 65536.  host: seconds between the arrivals.  rate:
-    frames per second.  again: whether the port was opened again in between.  A
+    sequence numbers modulo 65536.  host: seconds between the arrivals.  longest: s
+    that can have gone by, had the first of the two arrived late.  rate: frames per
+    second.  again: whether the port was opened again in between.  A
     frame may arrive late for any reason, never early: so the time that clock and
-    sequence agree on is taken, or else a time that the host's clock bears out.
+    sequence agree on is taken where it can have gone by (at 15.26 frames per second
+    both begin anew together, and agree whatever happened), or else a time that the
+    host's clock bears out.
     """
     frames = ticks * TICK * rate
-    if abs(gap + 1 - frames) <= 2 + 0.02 * frames:
+    allowed = _CLOCKS_APART + _CLOCKS_DRIFT * host
+    if abs(gap + 1 - frames) <= 2 + 0.02 * frames and ticks * TICK <= longest + allowed:
         return ticks
     wraps = max(round((host - ticks * TICK) / _WRAP), 0)
     whole = ticks + wraps * CLOCK
     apart = whole * TICK - host
-    allowed = _CLOCKS_APART + _CLOCKS_DRIFT * host
     if apart > allowed or (again and apart < -allowed):
         return None
     if gap > 1.2 * whole * TICK * rate + _EXTRA:

@@ -1,5 +1,6 @@
 """SQLite as sessions use it: connections, what they are checked for, what failures mean."""
 
+import shutil
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
@@ -15,6 +16,9 @@ MAX_ROW = 64 * 2**20
 _FULL = ("SQLITE_FULL",)
 _RIGHTS = ("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM", "SQLITE_AUTH")
 _TAKEN = ("SQLITE_BUSY", "SQLITE_LOCKED")
+_FAILED = ("SQLITE_IOERR",)
+_COLLISION = ("SQLITE_CONSTRAINT",)
+_INDEX = 2**16  # bytes: the least that the index of a log grows by is half of it
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 
 
@@ -82,9 +86,15 @@ def fill(database: sqlite3.Connection, events: Sequence[Event], chunks: Iterable
 
 
 def insert(database: sqlite3.Connection, events: Iterable[Event], chunks: Iterable[Chunk]) -> None:
-    """Put rows into the tables; the same ones twice are there once."""
+    """Put rows into the tables; the same ones twice are there once.
+
+    Raises sqlite3.IntegrityError where another event has the id of one: events
+    are never replaced.
+    """
     database.executemany(
-        "INSERT OR REPLACE INTO event VALUES (?, ?, ?, ?, ?)", (event.row for event in events)
+        "INSERT INTO event SELECT ?, ?, ?, ?, ? "
+        "WHERE NOT EXISTS (SELECT 1 FROM event WHERE id = ? AND digest = ?)",
+        ((*row, row[0], row[-1]) for row in (event.row for event in events)),
     )
     database.executemany(
         "INSERT OR REPLACE INTO chunk VALUES (?, ?, ?, ?, ?, ?, ?)", (c.row for c in chunks)
@@ -127,10 +137,33 @@ def check_parts(parts: dict[int, int | None], sizes: dict[int, int]) -> None:
         raise DamagedError(f"no event tells of part {min(unknown)}")
 
 
-def storage_error(path: Path, error: Exception) -> StorageError:
-    """What a failure to write means, in one sentence with its remedy."""
-    name = getattr(error, "sqlite_errorname", "") or ""
-    if name.startswith(_FULL):
+def busy(error: Exception) -> bool:
+    """Whether another connection was in the way."""
+    return _name(error).startswith(_TAKEN)
+
+
+def unreadable(path: Path, error: Exception) -> SessionError:
+    """What a failure to read from an open session means: the place fails, or it is damaged."""
+    if isinstance(error, sqlite3.ProgrammingError):
+        return SessionError(f"{path.name}: the session was closed meanwhile; open it again")
+    if _name(error).startswith((*_FULL, *_FAILED, *_RIGHTS, *_TAKEN)):
+        return storage_error(path, error)
+    return damaged(path, error)
+
+
+def storage_error(path: Path, error: Exception, held: bool = True) -> StorageError:
+    """What a failure to write means, in one sentence with its remedy.
+
+    held: whether something was to be written that is in memory.
+    """
+    kept = " (what is captured is kept in memory until then)" if held else ""
+    return StorageError(f"{path.name}: {reason_of(path, error)}{kept}")
+
+
+def reason_of(path: Path, error: Exception) -> str:
+    """What a failure to write means, and its remedy, without the name of the file."""
+    name = _name(error)
+    if name.startswith(_FULL) or (name.startswith(_FAILED) and _no_room(path)):
         reason = "the disk is full; make room and try again, or save to another place"
     elif name.startswith(_RIGHTS):
         reason = (
@@ -141,9 +174,23 @@ def storage_error(path: Path, error: Exception) -> StorageError:
         reason = "another program has locked it; close it there and try again"
     elif name.startswith(_DAMAGED):
         reason = "the file has been damaged; save to another place"
+    elif name.startswith(_COLLISION):
+        reason = "another program has written other events to it; save to another place"
     else:
         reason = f"it cannot be written ({told(str(error))[1:-1]}); save to another place"
-    return StorageError(f"{path.name}: {reason} (what is captured is kept in memory until then)")
+    return reason
+
+
+def _name(error: Exception) -> str:
+    return getattr(error, "sqlite_errorname", "") or ""
+
+
+def _no_room(path: Path) -> bool:
+    """Whether a disk has no room even for an index: SQLite tells of that as of any failure."""
+    try:
+        return shutil.disk_usage(path.resolve().parent).free < _INDEX
+    except OSError:
+        return False
 
 
 def damaged(path: Path, cause: Exception) -> SessionError:

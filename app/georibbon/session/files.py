@@ -5,7 +5,7 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
@@ -62,6 +62,15 @@ def built_file(path: Path, error: type[GeoribbonError]) -> Iterator[Path]:
         raise error(_cannot_write(path, cause)) from cause
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def copy_rights(source: Path, target: Path) -> None:
+    """Give a file the owner and the rights of another, as far as that is allowed."""
+    found = source.stat()
+    if hasattr(os, "chown"):
+        with suppress(OSError):
+            os.chown(target, found.st_uid, found.st_gid)
+    shutil.copymode(source, target)
 
 
 def sync_folder(path: Path) -> None:

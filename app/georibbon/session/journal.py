@@ -5,13 +5,14 @@ and `lock`.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from georibbon.errors import StorageError
+from georibbon.errors import SessionError, StorageError
 from georibbon.session import moving, store
 from georibbon.session.chunks import Chunk
-from georibbon.session.events import Event
+from georibbon.session.events import Event, now
 from georibbon.session.lock import Lock
 from georibbon.session.store import Store
 from georibbon.session.stream import Stream
@@ -118,19 +119,22 @@ class Journal:
         """Whether the file was removed or replaced."""
         return self._store.gone
 
-    def move(self, path: Path, lock: Lock, events: Sequence[Event]) -> moving.Moved:
+    def move(self, path: Path, lock: Lock, events: Sequence[Event], changed: bool) -> moving.Moved:
         """Put everything into a new file and go on there.
 
-        events: all of the session.  Raises StorageError where the new place
-        fails; everything is as before then.
+        events: all of the session; changed: whether something was written to the
+        old file, which then tells that it was closed, if it still can.  Raises
+        StorageError where the new place fails; everything is as before then.
         """
         moved = moving.gathered(events, self._store, self._kept, self._streams)
         store.create(path, moved.events, moved.chunks())
         try:
             opened = Store(path)
         except BaseException:
-            path.unlink(missing_ok=True)
+            store.unmake(path)
             raise
+        if changed and self.error is None and not self.gone:
+            self._tell_closed(events[-1].id)
         self._store.close()
         self._store.tidy()
         if lock is not self.lock:
@@ -144,10 +148,16 @@ class Journal:
         self._mended()
         return moved
 
-    def close(self) -> bool:
-        """Close the file and give the right to write back; False where it is not one plain file."""
-        plain = self._store.close()
+    def _tell_closed(self, number: int) -> None:
+        """Write as the last event into a file that is left that it was closed as it is now."""
+        with suppress(SessionError):
+            frames = sum(self._store.sizes().values())
+            self._store.write((Event(number, now(), "closed", {"frames": frames}),), ())
+
+    def close(self) -> str | None:
+        """Close the file and give the right to write back; why it is not one plain file."""
+        why = self._store.close()
         self.lock.release()
         for stream in self._streams:
             stream.abandon()
-        return plain
+        return why

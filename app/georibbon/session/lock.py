@@ -4,8 +4,10 @@ Who holds the lock is written in the file for people; that it is held is known
 from the lock alone.
 """
 
+import errno
 import json
 import os
+import stat
 import sys
 import threading
 import time
@@ -20,7 +22,10 @@ ENDING = ".lock"
 _TRIES = 5  # a reader that looks whether it is held holds it for a moment
 _PAUSE = 0.02
 _MOST = 1000
-_here: set[Path] = set()
+_BEGIN = b'{"process"'
+# A link with the name of a lock file would lead to a file that is none; a pipe would wait.
+_PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+_here: list[Path] = []
 _here_lock = threading.Lock()
 
 if sys.platform == "win32":
@@ -60,22 +65,31 @@ class Lock:
         self._held = True
         with suppress(OSError):  # on a full disk the lock holds all the same
             os.ftruncate(self._descriptor, 0)
+            os.lseek(self._descriptor, 0, os.SEEK_SET)
             os.write(self._descriptor, _told_owner())
         with _here_lock:
-            _here.add(self.session)
+            _here.append(self.session)
+
+    @property
+    def stands(self) -> bool:
+        """Whether it locks: its file may have been removed, and another be made."""
+        return _still(self._descriptor, self._file)
 
     def release(self) -> None:
         """Give the right back and remove the lock file; once is enough."""
         if not self._held:
             return
         self._held = False
+        ours = self.stands
         with _here_lock:
-            _here.discard(self.session)
+            _here.remove(self.session)
         if sys.platform == "win32":
             os.close(self._descriptor)  # Windows removes no open file
-            _remove(self._file)
+            if ours:
+                _remove(self._file)
         else:
-            _remove(self._file)
+            if ours:
+                _remove(self._file)
             os.close(self._descriptor)
 
 
@@ -111,35 +125,92 @@ def holder(path: Path) -> str | None:
     """Who has a session open for writing, in words; None where nobody has."""
     file = lock_file(path)
     try:
-        descriptor = os.open(file, os.O_RDWR)
+        return _holder(file)
+    except PermissionError:
+        return f"another user's program, or one that was broken off ({file.name} tells no more),"
+
+
+def _holder(file: Path) -> str | None:
+    """Who has locked a file; PermissionError where that cannot even be looked at."""
+    try:
+        descriptor = _opened(file)
+    except PermissionError:
+        raise
     except OSError:
         return None
     try:
         _look(descriptor)
     except OSError:
-        return _owner(file)
+        return _owner(descriptor)
     finally:
         os.close(descriptor)
     return None
 
 
+def not_lockable(path: Path, error: OSError) -> str:
+    """Why a session cannot be locked, in words with the remedy."""
+    file, reason = lock_file(path), error.strerror or error
+    with suppress(PermissionError):
+        owner = _holder(file)
+        if owner is not None:
+            return f"{path.name}: {owner} has the session open; close it there to write"
+    if os.path.lexists(file):
+        return (
+            f"{path.name}: {file.name} beside it cannot be used ({reason}); remove it if no "
+            "program has the session open"
+        )
+    return f"{path.name}: file or folder may not be written ({reason})"
+
+
+def _opened(file: Path) -> int:
+    """A descriptor of a lock file to look at; another user's may only be read."""
+    try:
+        return os.open(file, os.O_RDWR | _PLAIN)
+    except PermissionError:
+        return os.open(file, os.O_RDONLY | _PLAIN)
+
+
 def _acquired(file: Path, path: Path) -> int:
     """The descriptor of the locked lock file."""
+    owner = ""
     for attempt in range(_TRIES):
         if attempt:
             time.sleep(_PAUSE)
-        descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
+        descriptor = os.open(file, os.O_RDWR | os.O_CREAT | _PLAIN, 0o666)
         try:
-            _take(descriptor)
-            if _still(descriptor, file):
+            _refuse_foreign(descriptor)
+            if _taken(descriptor) and _still(descriptor, file):
+                _refuse_unknown(descriptor)
                 return descriptor
-        except (BlockingIOError, PermissionError):
-            pass
+            owner = _owner(descriptor)
         except OSError:
             os.close(descriptor)
             raise
         os.close(descriptor)
-    raise HeldError(f"{path.name}: {_owner(file)} has the session open; close it there to write")
+    raise HeldError(f"{path.name}: {owner} has the session open; close it there to write")
+
+
+def _taken(descriptor: int) -> bool:
+    """Whether the lock could be taken; OSError where there are none."""
+    try:
+        _take(descriptor)
+    except (BlockingIOError, PermissionError):
+        return False
+    return True
+
+
+def _refuse_foreign(descriptor: int) -> None:
+    """OSError where what has the name of a lock file was not made as one."""
+    found = os.fstat(descriptor)
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or found.st_size > _MOST:
+        raise OSError(errno.EEXIST, "it is no lock file of ours")
+
+
+def _refuse_unknown(descriptor: int) -> None:
+    """OSError where a file that is locked now holds what we never wrote: it is somebody's."""
+    text = os.read(descriptor, _MOST).strip(b"\0")  # zeros are left by a failure of the power
+    if text and not text.startswith(_BEGIN):
+        raise OSError(errno.EEXIST, "it is no lock file of ours")
 
 
 def _still(descriptor: int, file: Path) -> bool:
@@ -154,11 +225,11 @@ def _told_owner() -> bytes:
     return json.dumps({"process": os.getpid(), "since": now()}).encode()
 
 
-def _owner(file: Path) -> str:
+def _owner(descriptor: int) -> str:
     """The owner that the lock file names."""
     try:
-        with file.open(encoding="utf-8") as stream:
-            found = json.loads(stream.read(_MOST))
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        found = json.loads(os.read(descriptor, _MOST))
         return f"process {int(found['process'])}, since {told(found['since'])[1:-1]},"
     except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return "another program"

@@ -9,7 +9,7 @@ from pathlib import Path
 from georibbon.errors import SessionError
 from georibbon.session.chunks import Chunk
 from georibbon.session.database import pragma, read_chunks
-from georibbon.session.files import built_file, sync_folder
+from georibbon.session.files import built_file, copy_rights, sync_folder
 from georibbon.session.reading import Contents
 from georibbon.session.state import parts_of
 from georibbon.session.store import create
@@ -34,7 +34,7 @@ def migrate(path: Path, found: Contents, chunks: Iterable[Chunk]) -> Path:
     place = path.resolve()
     old = _kept(place, found.version)
     try:
-        create(place, found.events, chunks)
+        create(place, found.events, chunks, like=place)
     except BaseException:
         old.unlink(missing_ok=True)
         raise
@@ -60,5 +60,6 @@ def _keep(place: Path, copy: Path) -> None:
     except OSError:
         with built_file(copy, SessionError) as built:
             shutil.copyfile(place, built)
+            copy_rights(place, built)
             with built.open("rb+") as file:
                 os.fsync(file.fileno())

@@ -70,7 +70,8 @@ class Moved:
             yield from last.chunks[: len(last.chunks) - len(last.tail)]
         if last is not None:
             yield from last.tail
-            self.ends[stream.part] = last
+        # where nothing was in memory, the next frames follow on the places here all the same
+        self.ends[stream.part] = last or Work((), (), 0, 0, place, ())
 
 
 def gathered(events: Sequence[Event], store: Store, kept: Kept, streams: Sequence[Stream]) -> Moved:
@@ -106,8 +107,9 @@ def without(
             detail["of"] = numbers.get(detail["of"])
         if event.action == "order":
             names = [run.name for run in state.passes]
-            asked = detail["passes"] if isinstance(detail["passes"], list) else []
-            detail["passes"] = [name for name in asked if name in names]
+            asked = detail.get("passes")
+            left_names = asked if isinstance(asked, list) else []
+            detail["passes"] = [name for name in left_names if name in names]
         one = Event(len(left) + 1, event.time, event.action, detail)
         try:
             state = advance(state, one)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from io import BufferedReader
+from pathlib import Path
 
 SIZES = (4096, 512, 1024, 2048, 8192, 16384, 32768, 65536)
 Value = int | float | str | bytes | None
@@ -112,6 +113,15 @@ def likely_sizes(database: BufferedReader) -> list[int]:
     """All sizes that a page may have, what the header says first."""
     said = int.from_bytes(read_at(database, 16, 2))
     return sorted(SIZES, key=lambda size: size != (65536 if said == 1 else said))
+
+
+def has_header(path: Path) -> bool:
+    """Whether a log begins as one: without that, nothing of it is read by SQLite."""
+    try:
+        with path.open("rb") as log:
+            return bool(_log_header(log))
+    except OSError:
+        return False
 
 
 def log_size(log: BufferedReader) -> int:

@@ -33,6 +33,7 @@ from georibbon.session.database import (
 from georibbon.session.events import Event
 from georibbon.session.files import kind_of
 from georibbon.session.lock import head, holder, open_here
+from georibbon.session.pages import has_header
 from georibbon.session.schema import statements
 from georibbon.session.state import SessionState, fold, parts_of
 
@@ -157,7 +158,9 @@ def _way(path: Path) -> str | None:
     if kind_of(journal) != "nothing":
         return None
     if _size(log) >= _LOG_HEADER:
-        return "mode=ro&readonly_shm=1" if kind_of(index) != "nothing" else None
+        # of a log whose header is damaged SQLite would make no index, and wait for one for long
+        fits = kind_of(index) != "nothing" and has_header(log)
+        return "mode=ro&readonly_shm=1" if fits else None
     if (head(path, 20) or b"")[19:] == b"\x02":
         return "mode=ro&immutable=1"  # in WAL mode, with nothing in the log
     return "mode=ro"

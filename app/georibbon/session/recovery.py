@@ -2,7 +2,6 @@
 
 import datetime
 import sqlite3
-from contextlib import closing
 from dataclasses import dataclass, replace
 
 from georibbon.ribbon import Readings
@@ -21,13 +20,6 @@ class Recovery:
     message: str
     frames: int
     time: str
-
-
-def check_frames(database: sqlite3.Connection) -> None:
-    """DamagedError unless all frames are as they were written."""
-    with closing(database.execute("SELECT * FROM chunk")) as rows:
-        for row in rows:
-            chunk_of(row)
 
 
 def recovery_of(database: sqlite3.Connection, found: Contents, name: str) -> Recovery:
@@ -64,7 +56,7 @@ def _end(database: sqlite3.Connection, found: Contents, stream: StreamEntry) -> 
     begun = datetime.datetime.fromisoformat(stream.time)
     try:
         end = begun + datetime.timedelta(seconds=float(last.t[-1] - first.t[0]))
-    except OverflowError:
+    except (OverflowError, ValueError):
         return stream.time
     return end.isoformat(timespec="milliseconds")
 

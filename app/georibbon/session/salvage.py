@@ -1,27 +1,22 @@
 """Whether a session file is in order; if not, what can be saved of it into a new one."""
 
-import sqlite3
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal
 
-import numpy as np
-
-from georibbon.errors import RecordingError, SessionError
-from georibbon.session.carving import Carving, carved
-from georibbon.session.chunks import Chunk, DamagedError, joined
-from georibbon.session.counts import check_readings
-from georibbon.session.database import read_chunks
-from georibbon.session.joining import grows
+from georibbon.errors import SessionError
+from georibbon.session.carving import carved
+from georibbon.session.chunks import DamagedError
 from georibbon.session.lock import holder
-from georibbon.session.reading import Contents, check_file, contents, frames_of, reading
+from georibbon.session.reading import Contents, check_file, contents, reading
 from georibbon.session.restoration import Restoration, restore
 from georibbon.session.schema import APPLICATION_ID, VERSION
+from georibbon.session.soundness import check_wholly, left_log
 from georibbon.session.state import SessionState
 from georibbon.session.store import check_place, create
-from georibbon.session.words import counted, told
+from georibbon.session.words import told
 
 Verdict = Literal["fine", "not closed", "damaged", "salvaged"]
 _FAR_VERSION = 100  # no version so far ahead is to be expected: the header is damaged
@@ -68,14 +63,15 @@ def check_session(path: Path) -> Checkup:
             frames = sum(chunk.frames for chunk in made.chunks())
             message = f"{path.name}: the session file is damaged ({_reason(path, error)})"
             return _checkup(path, "damaged", message, frames, made.state, made.lost)
-    frames = sum(found.sizes.values())
+    frames, left = sum(found.sizes.values()), left_log(path)
     if not found.closed:
         message = (
             f"{path.name}: the session was not closed, as after a crash; it is in order, and "
             "opening it puts it right"
         )
-        return _checkup(path, "not closed", message, frames, found.state)
-    return _checkup(path, "fine", f"{path.name}: the session is in order", frames, found.state)
+        return _checkup(path, "not closed", _with(message, left), frames, found.state)
+    message = _with(f"{path.name}: the session is in order", left)
+    return _checkup(path, "fine", message, frames, found.state)
 
 
 def salvage(path: Path, target: Path) -> Checkup:
@@ -97,6 +93,10 @@ def salvage(path: Path, target: Path) -> Checkup:
     message = f"{target.name}: all that can be read of {path.name}"
     frames = sum(found.sizes.values())
     return _checkup(target, "salvaged", message, frames, found.state, made.lost)
+
+
+def _with(message: str, left: str | None) -> str:
+    return message if left is None else f"{message}; but {left}"
 
 
 def _checkup(
@@ -181,48 +181,5 @@ def _read_wholly(path: Path) -> Contents:
     """The contents of a session, every frame and the log read; SessionError where damaged."""
     with reading(path) as database:
         found = contents(database, path)
-        ends = {part: _check_part(database, part, found.state) for part in found.sizes}
-        if Path(f"{path.resolve()}-wal").is_file():
-            with carved(path) as carving:
-                _check_log(carving, found, ends)
+        check_wholly(database, found, path)
     return found
-
-
-def _check_part(database: sqlite3.Connection, part: int, state: SessionState) -> float:
-    """Check the frames of a part; returns the time of the last.  Raises DamagedError."""
-    columns = () if state.ribbon is None else state.ribbon.columns
-    if any(part == stream.part for stream in state.streams):
-        # left before its end, it would close its cursor when the database is closed
-        with closing(cast("Generator[Chunk, None, None]", read_chunks(database, part))) as chunks:
-            return _check_stream(chunks, len(columns))
-    readings = frames_of(read_chunks(database, part), state)
-    try:
-        check_readings(readings, columns, f"part {part}")
-    except RecordingError as error:
-        raise DamagedError(str(error)) from error
-    return float(readings.t[-1])
-
-
-def _check_stream(chunks: Iterable[Chunk], columns: int) -> float:
-    """Check a stream piece by piece: it may be long.  Returns the time of the last frame."""
-    end = -np.inf
-    for i, chunk in enumerate(chunks):
-        t = joined([replace(chunk, place=chunk.place - i)], columns).t
-        if not grows(t) or t[0] <= end:
-            raise DamagedError(f"the times of frames in part {chunk.part} do not grow")
-        end = float(t[-1])
-    return end
-
-
-def _check_log(carving: Carving, found: Contents, ends: dict[int, float]) -> None:
-    """DamagedError where the log holds what its reader gives up, as behind a damaged page."""
-    read = {event.row for event in found.events}
-    beyond = [event.id for event in carving.events if event.row not in read]
-    frames = sum(
-        float(np.frombuffer(carving.chunk(piece).t, "<f8")[-1]) > ends.get(piece.part, -np.inf)
-        for piece in carving.pieces
-        if piece.start.frame is not None
-    )
-    if beyond or frames:
-        number = f"{counted(len(beyond), 'event')} and {counted(frames, 'piece')} of frames"
-        raise DamagedError(f"opening it would leave out {number} in the log beside it")

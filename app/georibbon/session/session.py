@@ -8,6 +8,7 @@ by `retry`, or to another place by `move_to`.
 
 import os
 import sqlite3
+import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
@@ -15,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from georibbon.errors import SessionError, StorageError
+from georibbon.errors import GeoribbonError, SessionError, StorageError
 from georibbon.recording import PassKind, Recording
 from georibbon.ribbon import Readings, Ribbon
 from georibbon.session import store
@@ -24,13 +25,14 @@ from georibbon.session.counts import check_readings
 from georibbon.session.database import connect, damaged, read_sizes, version_of
 from georibbon.session.events import Event, decode_detail, encode_detail, now
 from georibbon.session.journal import Batch, Journal
-from georibbon.session.lock import HeldError, Lock, holder
+from georibbon.session.lock import HeldError, Lock, holder, lock_file, not_lockable
 from georibbon.session.migration import chunks_to_keep, migrate
 from georibbon.session.place import place_warnings
 from georibbon.session.reading import Contents, contents, frames_of, read_part, reading
-from georibbon.session.recovery import Recovery, check_frames, recovery_of
+from georibbon.session.recovery import Recovery, recovery_of
 from georibbon.session.restoring import begun, recording_of
 from georibbon.session.schema import VERSION
+from georibbon.session.soundness import check_frames, check_wholly, has_log, left_log
 from georibbon.session.state import advance, fold, parts_of
 from georibbon.session.store import Store, check_place
 from georibbon.session.stream import Stream
@@ -90,7 +92,11 @@ class Session:
             check_place(path)  # it may have been taken before the lock was
             store.create(path, events, ())
             found = Contents(VERSION, events, state, {}, closed=False)
-            session = cls(path, found, lock, place_warnings(path))
+            try:
+                session = cls(path, found, lock, place_warnings(path))
+            except BaseException:
+                store.unmake(path)
+                raise
         except BaseException:
             lock.release()
             raise
@@ -106,43 +112,53 @@ class Session:
         missing, no session, of a newer version or damaged.
         """
         with reading(path) as database:
-            version_of(database, path)
+            version = version_of(database, path)
         if read_only:
             return cls._opened_to_read(path, ())
+        left = _left(path)
         try:
-            lock = Lock(path) if os.access(path, os.W_OK) else None
+            # a migrated session is a new file, which has one name
+            why = _not_writable(path, one_name=version == VERSION)
+            lock = Lock(path) if why is None else None
         except HeldError as error:
-            return cls._opened_to_read(path, (f"{error}; it is opened read only",))
-        except OSError:
-            lock = None
+            why, lock = str(error), None
+        except OSError as error:
+            why, lock = not_lockable(path, error), None
         if lock is None:
-            warning = f"{path.name}: file or folder may not be written; it is opened read only"
-            return cls._opened_to_read(path, (warning,))
+            return cls._opened_to_read(path, (f"{why}; it is opened read only",))
         try:
-            return cls._opened_to_write(path, lock)
+            return cls._opened_to_write(path, lock, left)
         except BaseException:
             lock.release()
             raise
 
     @classmethod
     def _opened_to_read(cls, path: Path, warnings: Sequence[str]) -> Self:
+        live = holder(path)  # who closes it while it is read had it open when it was read
         with reading(path) as database:
             found = contents(database, path)
             session = cls(path, found, None, warnings)
-            if not found.closed and holder(path) is None:
-                check_frames(database)
+            if live or holder(path):
+                return session
+            if not found.closed or has_log(path):
+                check_wholly(database, found, path)
+            session.warnings += _left(path)
+            if not found.closed:
                 session.recovery = recovery_of(database, found, path.name)
         return session
 
     @classmethod
-    def _opened_to_write(cls, path: Path, lock: Lock) -> Self:
-        recovery, warnings = None, place_warnings(path)
+    def _opened_to_write(cls, path: Path, lock: Lock, left: Sequence[str]) -> Self:
+        recovery, warnings = None, (*place_warnings(path), *left)
         old: list[Chunk] = []
+        if has_log(path):  # the next connection gives up, and removes, what is behind a fault
+            with reading(path) as database:
+                check_wholly(database, contents(database, path), path)
         try:
             with closing(connect(f"{path.resolve().as_uri()}?mode=rw")) as database:
                 found = contents(database, path)
                 if not found.closed:
-                    check_frames(database)
+                    check_frames(database, found)
                     recovery = recovery_of(database, found, path.name)
                 if found.version < VERSION:
                     old = chunks_to_keep(database, found)
@@ -171,7 +187,7 @@ class Session:
     ) -> None:
         try:
             self.close()
-        except StorageError:
+        except GeoribbonError:
             self.close(discard=True)
             raise
 
@@ -192,7 +208,10 @@ class Session:
         return self.storage_error is not None
 
     def on_storage(self, callback: Told) -> None:
-        """Have a sentence told when the place fails, and None when it is mended."""
+        """Have a sentence told when the place fails, and None when it is mended.
+
+        The callback must not call the session, which waits for it.
+        """
         self._callbacks.append(callback)
 
     def do(self, action: str, /, **detail: object) -> Event:
@@ -306,28 +325,22 @@ class Session:
         """Put everything, also what is held, into a new file and go on there.
 
         The old file stays as it is.  What can no longer be read of it is told in
-        `warnings`.  Raises SessionError where there is such a file already, and
-        StorageError where the new place fails too; nothing has changed then.
+        `warnings`.  Raises SessionError where there is such a file already or none can be made,
+        and StorageError where the new place fails too; nothing has changed then.
         """
         with self._doing:
             journal = self._writable()
             check_place(path)
-            same = path.resolve() == self.path.resolve()
-            if same:  # where the file was removed from
-                journal.lock.release()
-            elif self._changed and not self.held and not journal.gone:
-                with suppress(SessionError):
-                    self._accept("closed", {"frames": self._frames(journal)})
-            lock = _locked(path)
+            changed = self._changed
+            same = path.resolve() == self.path.resolve()  # where the file was removed from
+            lock = journal.lock if same and journal.lock.stands else _locked(path)
             moved = Event(len(self.state.history) + 1, now(), "moved", {"from": self.path.name})
             events = (*self.state.history, moved)
             try:
                 check_place(path)
-                found = self._writer.call(lambda: journal.move(path, lock, events))
+                found = self._writer.call(lambda: journal.move(path, lock, events, changed))
             except BaseException:
-                if same:
-                    journal.lock = lock
-                else:
+                if lock is not journal.lock:
                     lock.release()
                 raise
             self.path, self.state = path, found.state
@@ -346,10 +359,10 @@ class Session:
             journal = self._journal
             if journal is not None:
                 self._finish(journal, discard)
-                plain = self._writer.call(journal.close)
+                why = self._writer.call(journal.close)
                 self._writer.stop()
-                if not plain:
-                    self.warnings += (_not_plain(self.path),)
+                if why is not None:
+                    self.warnings += (_not_plain(self.path, why),)
             self._closed = True
 
     def _finish(self, journal: Journal, discard: bool) -> None:
@@ -405,7 +418,12 @@ class Session:
 
     def _tell(self, sentence: str | None) -> None:
         for callback in self._callbacks:
-            callback(sentence)
+            try:
+                callback(sentence)
+            except Exception:  # what was accepted is more than who is told of it
+                threading.excepthook(
+                    threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
+                )
 
 
 def _locked(path: Path) -> Lock:
@@ -413,14 +431,34 @@ def _locked(path: Path) -> Lock:
     try:
         return Lock(path)
     except OSError as error:
+        if os.path.lexists(lock_file(path)):
+            raise SessionError(not_lockable(path, error)) from error
         raise SessionError(
             f"{path}: it cannot be written ({error.strerror or error}); choose a place where you "
             "may write"
         ) from error
 
 
-def _not_plain(path: Path) -> str:
+def _not_writable(path: Path, one_name: bool) -> str | None:
+    """Why a session must not be written to, in words; None where it may be."""
+    if not os.access(path, os.W_OK):
+        return f"{path.name}: the file may not be written; see to its rights"
+    if one_name and path.stat().st_nlink > 1:
+        return (
+            f"{path.name}: the file has a second name (a hard link), by which another program "
+            "could write to it at the same time; make a copy and open that"
+        )
+    return None
+
+
+def _left(path: Path) -> tuple[str, ...]:
+    """A warning where the log of a session was left behind."""
+    left = left_log(path)
+    return () if left is None else (f"{path.name}: {left}",)
+
+
+def _not_plain(path: Path, why: str) -> str:
     return (
-        f"{path.name}: another program is reading it, so that its log stays beside it; keep the "
-        "files together, or open and close it once more"
+        f"{path.name}: {why}, so that its log stays beside it; keep the files together, or open "
+        "and close it once more"
     )

@@ -14,17 +14,19 @@ from pathlib import Path
 from georibbon.errors import SessionError, StorageError
 from georibbon.session.chunks import Chunk, DamagedError, chunk_of
 from georibbon.session.database import (
+    busy,
     connect,
-    damaged,
     fill,
     insert,
     pragma,
     read_chunks,
     read_sizes,
+    reason_of,
     storage_error,
+    unreadable,
 )
 from georibbon.session.events import Event
-from georibbon.session.files import built_file, kind_of, sync_folder
+from georibbon.session.files import built_file, copy_rights, kind_of, sync_folder
 
 LARGEST_LOG = 16 * 2**20
 TRY_LOG = 2.0  # seconds between attempts to shorten a log that somebody reads
@@ -35,6 +37,8 @@ Cut = tuple[int, int]
 def check_place(path: Path) -> None:
     """Raise SessionError where a new session cannot take this name."""
     kind = kind_of(path)
+    if kind == "nothing" and path.is_symlink():
+        raise SessionError(f"{path}: this is a link that leads nowhere; remove it or mend it")
     if kind not in ("file", "nothing"):
         raise SessionError(f"{path}: this is a folder or a device; give the name of a file")
     if kind == "file":
@@ -50,8 +54,13 @@ def check_place(path: Path) -> None:
             )
 
 
-def create(path: Path, events: Sequence[Event], chunks: Iterable[Chunk]) -> None:
-    """A new session file, whole or not at all, and durable.  Raises StorageError."""
+def create(
+    path: Path, events: Sequence[Event], chunks: Iterable[Chunk], like: Path | None = None
+) -> None:
+    """A new session file, whole or not at all, and durable.  Raises StorageError.
+
+    like: the file whose owner and rights it gets, as far as that is allowed.
+    """
     try:
         with built_file(path, StorageError) as built:
             database = connect(built.as_uri())
@@ -59,9 +68,18 @@ def create(path: Path, events: Sequence[Event], chunks: Iterable[Chunk]) -> None
                 fill(database, events, chunks)
             finally:
                 database.close()
+            if like is not None:
+                copy_rights(like, built)
         sync_folder(path)
     except sqlite3.Error as error:
         raise StorageError(f"{path}: the session cannot be written ({error})") from error
+
+
+def unmake(path: Path) -> None:
+    """Remove a file just created that cannot be gone on with, and what SQLite put beside it."""
+    for ending in ("", "-wal", "-shm", "-journal"):
+        with suppress(OSError):
+            Path(f"{path}{ending}").unlink()
 
 
 class Store:
@@ -78,7 +96,7 @@ class Store:
             self._begin()
         except sqlite3.Error as error:
             self._database.close()
-            raise storage_error(path, error) from error
+            raise storage_error(path, error, held=False) from error
         except BaseException:
             self._database.close()
             raise
@@ -101,6 +119,11 @@ class Store:
         if _identity(self._place) != self._identity:
             return True
         return self._log_identity is not None and _identity(self._log) != self._log_identity
+
+    @property
+    def _has_log(self) -> bool:
+        """Whether the log of that name is the one that was written here."""
+        return self._log_identity is not None and _identity(self._log) == self._log_identity
 
     def write(
         self, events: Sequence[Event], chunks: Sequence[Chunk], cuts: Sequence[Cut] = ()
@@ -157,7 +180,7 @@ class Store:
         try:
             return tuple(read_chunks(self._database, part))
         except (DamagedError, sqlite3.Error) as error:
-            raise damaged(self.path, error) from error
+            raise unreadable(self.path, error) from error
 
     def readable(self, part: int) -> Iterator[Chunk | None]:
         """The chunks of a part one by one as far as they can be read; None for one that cannot."""
@@ -183,37 +206,58 @@ class Store:
         try:
             return read_sizes(self._database)
         except sqlite3.Error as error:
-            raise damaged(self.path, error) from error
+            raise unreadable(self.path, error) from error
 
-    def close(self) -> bool:
-        """Close it as one plain file; False where a reader or the disk did not allow that."""
-        plain = False
-        with suppress(sqlite3.Error):
+    def close(self) -> str | None:
+        """Close it as one plain file; why a reader or the disk did not allow that."""
+        gone, whole, why = self.gone, False, None
+        try:
             self._roll_back()
-            if not self.gone:
-                plain = self._plain()
+            if gone:
+                whole = self._emptied_log()
+                why = "it was removed or replaced by another program"
+            else:
+                why = self._not_plain()
+        except sqlite3.Error as error:
+            why = reason_of(self.path, error)
         with suppress(sqlite3.Error):
             self._database.close()
-        return plain
+        if whole:
+            self.tidy()
+        return why
+
+    def _emptied_log(self) -> bool:
+        """Take what is in the log into the file, which may have got another name meanwhile.
+
+        Only from the log that was written here: SQLite would open another's by its name.
+        """
+        if not self._has_log:
+            return False
+        row = self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+        return row is not None and row[0] == 0
 
     def tidy(self) -> None:
         """Remove the log of a file that is not there any more: beside another it would harm it."""
-        ours = self._log_identity is not None and _identity(self._log) == self._log_identity
-        if self.gone and ours:
+        if self.gone and self._has_log:
             with suppress(OSError):
                 self._log.unlink()
                 Path(f"{self._place}-shm").unlink(missing_ok=True)
 
-    def _plain(self) -> bool:
+    def _not_plain(self) -> str | None:
+        """Make it one plain file; why that could not be."""
         self._database.execute(f"PRAGMA busy_timeout = {int(1000 * WAIT)}")
         self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         deadline = time.monotonic() + WAIT
         while True:
-            with suppress(sqlite3.OperationalError):
+            why = "another program is reading it"
+            try:
                 if pragma(self._database, "journal_mode = DELETE") == "delete":
-                    return True
+                    return None
+            except sqlite3.OperationalError as error:
+                if not busy(error):
+                    why = reason_of(self.path, error)
             if time.monotonic() > deadline:
-                return False
+                return why
             time.sleep(0.02)
 
 

@@ -1,5 +1,6 @@
 """What a session file holds beside its recording, in figures and in words."""
 
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypedDict
@@ -10,8 +11,9 @@ from georibbon.session.describe import Facts, SurveyFacts, describe, describe_te
 from georibbon.session.events import EVERY_PASS, Event
 from georibbon.session.lock import holder
 from georibbon.session.reading import Contents, contents, read_part, reading
-from georibbon.session.recovery import check_frames, recovery_of
+from georibbon.session.recovery import recovery_of
 from georibbon.session.restoring import recording_of
+from georibbon.session.soundness import check_wholly, has_log, left_log
 from georibbon.session.words import counted, told
 
 _NO_RIBBON = Ribbon("", 0.0, 0.0, ())
@@ -75,15 +77,24 @@ def tell(path: Path) -> SessionFacts:
 
     Raises SessionError as `read_session` does.
     """
+    live = holder(path)  # who closes it while it is read had it open when it was read
     with reading(path) as database:
         found = contents(database, path)
-        live = holder(path)
-        recovery = None
-        if not found.closed and live is None:
-            check_frames(database)
-            recovery = recovery_of(database, found, path.name).message
+        live = live or holder(path)
+        recovery = None if live else _left(database, found, path)
         facts = _recorded(found, path, lambda part: read_part(database, part, found.state))
     return {**facts, **_beside(found), "open_in": live, "recovery": recovery}
+
+
+def _left(database: sqlite3.Connection, found: Contents, path: Path) -> str | None:
+    """What a crash, or who copied the session, has left."""
+    if not found.closed or has_log(path):
+        check_wholly(database, found, path)
+    left = left_log(path)
+    message = None if found.closed else recovery_of(database, found, path.name).message
+    if left is None:
+        return message
+    return f"{message}; but {left}" if message else f"{path.name}: {left}"
 
 
 def _recorded(found: Contents, path: Path, frames: Callable[[int], Readings]) -> Facts:

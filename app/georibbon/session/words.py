@@ -1,9 +1,26 @@
 """How values, names and numbers of things are told to a person."""
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Mapping
 
 _LONGEST_WORD = 200  # beyond it no near word is looked for: that takes time with the square
+
+
+def shown(text: str) -> str:
+    """A text as a terminal may show it: its lines, with "?" for what would steer the terminal.
+
+    That is every control and format character but line feed and tab.  The bytes of
+    a file name that are no text stay, as Python stands for them.
+    """
+    if text.isascii() and text.replace("\n", "").replace("\t", "").isprintable():
+        return text
+    return "".join("?" if hidden(character) else character for character in text)
+
+
+def hidden(character: str) -> bool:
+    """Whether a character is one that steers a terminal or hides in a text."""
+    return character not in "\n\t" and unicodedata.category(character) in ("Cc", "Cf", "Zl", "Zp")
 
 
 def told(value: object) -> str:

@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import TypeVar, cast
 
+from georibbon.errors import SessionError
+
 INTERVAL = 0.2  # seconds between transactions of a stream
 AFTER_FAULT = 2.0
 T = TypeVar("T")
@@ -30,13 +32,16 @@ class Writer:
         self._thread.start()
 
     def call(self, function: Callable[[], T]) -> T:
-        """What a function returns, or raises, on the writer's thread."""
+        """What a function returns, or raises, on the writer's thread.
+
+        Raises SessionError where that has ended.
+        """
         if threading.current_thread() is self._thread:
             return function()
         call = _Call(function)
         with self._changed:
             if self._stopping:
-                raise RuntimeError("the session is closed")
+                raise SessionError("the session is closed; open it again")
             self._calls.append(call)
             self._changed.notify()
         call.done.wait()

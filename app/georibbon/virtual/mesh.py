@@ -84,7 +84,7 @@ def _parsed(data: bytes, kind: str, name: str) -> tuple[FloatArray, IntArray]:
         triangles = np.asarray(getattr(found, "faces", NONE), dtype=np.int64)
     except Exception as error:  # whatever a parser stumbles over in a stranger's file
         raise SettingsError(
-            f"{name}: this is no {kind.upper()} file that can be read ({type(error).__name__}); "
+            f"{name}: this is no {kind.upper()} file that can be read; "
             "write it anew with the program it came from"
         ) from error
     if triangles.ndim != 2 or vertices.ndim != 2 or len(triangles) == 0:
