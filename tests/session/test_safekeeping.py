@@ -285,11 +285,11 @@ def test_a_lock_of_another_user_is_seen(path, monkeypatch):
     """It may be read and not be written: so it is looked at for reading."""
     real, asked = os.open, []
 
-    def open_for_reading_alone(file, flags, *arguments):
+    def open_for_reading_alone(file, flags, *arguments, **named):
         if str(file).endswith(".lock") and flags & os.O_RDWR:
             asked.append(file)
             raise PermissionError(13, "Permission denied")
-        return real(file, flags, *arguments)
+        return real(file, flags, *arguments, **named)
 
     held = Lock(path)
     with monkeypatch.context() as patch:
@@ -306,7 +306,7 @@ def test_a_lock_of_another_user_is_seen(path, monkeypatch):
         assert holder(path) is None
     assert asked
 
-    def refuse(*_):
+    def refuse(*_, **__):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(lock.os, "open", refuse)
