@@ -1,6 +1,7 @@
 """The talk of ``georibbon capture``: readings to the engine, happenings to the terminal."""
 
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -13,7 +14,7 @@ from georibbon.capture.engine import Engine, Live
 from georibbon.capture.ledger import Happening
 from georibbon.capture.verdict import curve_words
 from georibbon.cli.keyboard import Words
-from georibbon.cli.outputs import signals_held
+from georibbon.cli.outputs import signals_noted
 from georibbon.cli.verbs import obey
 from georibbon.errors import DeviceError, GeoribbonError, StorageError
 from georibbon.session.words import counted
@@ -48,24 +49,26 @@ class Dialogue:
         self._engine.observe(lambda happening: self._line.say(_words_of(happening)))
         self._words.start()
         told = ""
-        try:
-            self._loop(keep_all)
-        except KeyboardInterrupt:
-            told = "interrupted"
-        finally:
-            # First of all: the terminal may be gone, and then nothing can be said any more.
-            with signals_held():
+        # Only noted: an exception out of nowhere must not come between what is held and its rescue,
+        # and a terminal that is closed sends a signal and refuses to be written to at once.
+        with signals_noted() as signals:
+            try:
+                self._loop(keep_all, signals)
+                told = "interrupted" if signals else ""
+            finally:
                 told = self._rescued() or told
-            self._words.stop()
-            with suppress(OSError):
-                self._line.say(told)
+                self._words.stop()
+                with suppress(OSError):
+                    self._line.say(told)
+        if signals and signals[0] != signal.SIGINT:
+            sys.exit(128 + signals[0])
 
-    def _loop(self, keep_all: bool) -> None:
+    def _loop(self, keep_all: bool, signals: list[int]) -> None:
         """Frames, changes of the link and words, as they come; a glance at all on every tick."""
         tap = self._tap
         between = self._session.stream(self._engine.ribbon.rate) if keep_all else None
         heard = time.monotonic()
-        while not self._quit:
+        while not (self._quit or signals):
             tap.wait(TICK)
             ended, closed = self._words.ended, tap.closed  # before what came until then is taken
             frames = tap.take()
