@@ -147,6 +147,18 @@ def test_moving_and_short_are_refused_with_the_reason(laying):
     assert laying.engine.take() is None
 
 
+def test_what_lies_still_from_the_start_is_told_once_and_taken_by_hand(laying):
+    laying.ribbon.do("lay P1")
+    laying.ribbon.advance(5.0)
+    laying.pass_time(4.0)
+    refused = [one.message for one in laying.told if one.kind == "refused"]
+    assert len(refused) == 1
+    assert "not moved since the start" in refused[0]
+    assert laying.taken() == []
+    assert laying.engine.take() is None
+    assert laying.taken() == ["P1"]
+
+
 def test_after_a_gap_nobody_knows_whether_it_was_lifted(laying):
     laying.do("lift", "lay P1")
     laying.ribbon.advance(1.0)

@@ -115,12 +115,7 @@ class Engine:
         # Only a motion that was seen: after a gap nobody knows, and the pass may be the last one.
         if self._stillness.state == "moving" and self._stillness.spread > MOST_SPREAD:
             self._lifted, self._armed, self._told = True, True, None
-        elif (
-            self.auto
-            and self._armed
-            and self._current is not None
-            and self._stillness.seconds >= LEAST_SECONDS
-        ):
+        elif self._stillness.seconds >= LEAST_SECONDS:
             self._take_by_itself()
 
     def interrupted(self) -> None:
