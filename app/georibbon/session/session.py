@@ -22,7 +22,7 @@ from georibbon.ribbon import Readings, Ribbon
 from georibbon.session import store
 from georibbon.session.chunks import Chunk, DamagedError, pack
 from georibbon.session.counts import check_readings
-from georibbon.session.database import connect, damaged, version_of
+from georibbon.session.database import connect, damaged, read_sizes, version_of
 from georibbon.session.events import Event, decode_detail, encode_detail, now
 from georibbon.session.journal import Batch, Journal
 from georibbon.session.lock import HeldError, Lock, holder, lock_file, not_lockable
@@ -296,6 +296,14 @@ class Session:
             return frames_of(self._writer.call(lambda: journal.chunks(part)), self.state)
         except DamagedError as error:
             raise damaged(self.path, error) from error
+
+    def frames_in(self, part: int) -> int:
+        """How many frames a part has in the file."""
+        journal = self._journal
+        if journal is None:
+            with reading(self.path) as database:
+                return read_sizes(database).get(part, 0)
+        return self._writer.call(journal.sizes).get(part, 0)
 
     def recording(self, complete: bool = True) -> Recording:
         """The recording captured so far, without the survey's entries that wait for a pass.
