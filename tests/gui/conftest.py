@@ -16,6 +16,8 @@ from georibbon.session.folder import read_recording
 if "QT_QPA_PLATFORM" not in os.environ:
     os.environ["QT_QPA_PLATFORM"] = "xcb" if os.environ.get("DISPLAY") else "offscreen"
 
+LONGEST_END = 10.0  # s for a thread that was told to end: a busy machine takes its time
+
 
 @pytest.fixture(scope="session")
 def qapp_cls():
@@ -42,6 +44,9 @@ def nothing_left(qapp):
     _settle()
     assert not timers, f"timers still run: {timers}"
     kept = [one for one in threading.enumerate() if one not in threads and not one.daemon]
+    for thread in kept:
+        thread.join(LONGEST_END)
+    kept = [thread for thread in kept if thread.is_alive()]
     assert not kept, f"threads still run: {kept}"
 
 
