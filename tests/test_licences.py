@@ -22,7 +22,17 @@ def test_own_and_pythons_come_first():
 
 
 def test_what_is_needed_to_run_is_listed(listed):
-    direct = {"numpy", "scipy", "vtk", "matplotlib", "jinja2", "pyserial", "trimesh", "potpourri3d"}
+    direct = {
+        "numpy",
+        "scipy",
+        "vtk",
+        "matplotlib",
+        "jinja2",
+        "reportlab",
+        "pyserial",
+        "trimesh",
+        "potpourri3d",
+    }
     direct |= {"pyside6_essentials", "pyqtgraph"}
     indirect = {"pillow", "markupsafe", "fonttools", "kiwisolver", "shiboken6"}
     assert direct | indirect <= set(listed)
