@@ -374,6 +374,16 @@ def evaluate(problem: JointProblem, state: State) -> Adjustment:
     )
 
 
+def information(problem: JointProblem, state: State) -> tuple[BlockMatrix, Placed]:
+    """The normal matrix of everything at a state, and the curves there with their derivatives.
+
+    Blocks: each pass's strip and start point, in their order, then what is
+    shared.  The inverse is the covariance of all unknowns together.
+    """
+    linear = _linearise(problem, state, whiten_all(problem, state), Layout(problem.array))
+    return linear.matrix, linear.placed
+
+
 def with_survey(problem: JointProblem, *more: Observation) -> JointProblem:
     """The problem with more observations."""
     return replace(problem, survey=(*problem.survey, *more))
