@@ -24,7 +24,7 @@ def test_an_inch_in_every_unit(symbol, shown):
     assert Units(symbol).text(0.0254) == shown
 
 
-def test_an_unknown_unit_is_none(qtbot):
+def test_an_unknown_unit_is_none():
     assert Units("furlong").symbol == "mm"
     with pytest.raises(KeyError):
         Units().use("furlong")

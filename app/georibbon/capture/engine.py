@@ -8,7 +8,7 @@ is taken goes into the session first and is told after.
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from georibbon.calibration import calibrate, check_fits, to_dict
@@ -19,7 +19,7 @@ from georibbon.capture.judging import LEAST_SECONDS, Refusal, judge_pass, judge_
 from georibbon.capture.ledger import Happening, Kind, Ledger
 from georibbon.capture.live import LiveCurve, LiveFit
 from georibbon.capture.plan import CapturePlan, PlannedPass, PlannedPose
-from georibbon.capture.start import write_ribbon
+from georibbon.capture.start import check_plan, write_plan, write_ribbon
 from georibbon.capture.surveying import SurveyDesk
 from georibbon.capture.verdict import quality_words, verdict_on
 from georibbon.device.frames import Frame, readings_of
@@ -28,7 +28,7 @@ from georibbon.errors import FitError, GeoribbonError, SessionError, SettingsErr
 from georibbon.recording import PassKind
 from georibbon.session.fields import MAX_NAME
 from georibbon.session.session import Session
-from georibbon.session.words import nearest, told
+from georibbon.session.words import counted, nearest, told
 from georibbon.stillness import StillMeans, still_means
 from georibbon.threads import one_thread
 
@@ -208,6 +208,28 @@ class Engine:
     def redo(self) -> None:
         """Do again what was taken back last."""
         self._back("redone", self.session.state.redoable, self.session.redo)
+
+    def reorder(self, names: Sequence[str]) -> None:
+        """Put the passes and ties that were taken into another order; all of them are named."""
+        there = [one.name for one in self.session.state.passes]
+        if sorted(names) != sorted(there):
+            raise SettingsError(
+                f"the order names {', '.join(names)}; it must name {', '.join(there)}, each once"
+            )
+        if list(names) != there:
+            self._ledger.write(lambda: self.session.do("order", passes=list(names)))
+            self._ledger.tell("ordered", None, f"the order is {', '.join(names)}")
+
+    def replan(self, plan: CapturePlan) -> None:
+        """Go on by another plan; what was taken stays."""
+        check_plan(plan, self.ribbon)
+        write_plan(self.session, plan)
+        self.plan = plan
+        self._ledger.tell("planned", None, plan_words(plan))
+        item = self.current
+        if item is None or item.status != "open":
+            self._current = self._next(None, self.calibration is None) or self._next(None, False)
+            self._tell_current()
 
     def note(self, text: str) -> None:
         """A note of the operator's; the session keeps its time."""
@@ -400,6 +422,8 @@ class Engine:
             raise SettingsError(f"nothing can be {kind}")
         before = {item.key for item in self.items if item.status == "open"}
         self._ledger.write(step)
+        if self.session.state.plan is not None:
+            self.plan = self.plan.with_counts(asdict(self.session.state.plan))
         calibration = self._known_calibration()
         if calibration is not self.calibration:
             self._renew(calibration)
@@ -411,6 +435,12 @@ class Engine:
         elif item is None or item.status != "open":
             self._current = self._next(None, calibration is None) or self._next(None, False)
             self._tell_current()
+
+
+def plan_words(plan: CapturePlan) -> str:
+    """What is planned, in a line."""
+    parts = [counted(plan.passes, "pass", "passes"), counted(plan.ties, "tie")]
+    return f"planned: {counted(plan.poses, 'pose')}, {', '.join(parts)}"
 
 
 def _restless(stillness: Stillness | None) -> str:

@@ -10,10 +10,20 @@ from georibbon.session.session import Session
 T = TypeVar("T")
 Kind = Literal[
     "chosen", "taken", "refused", "skipped", "removed", "undone", "redone", "noted", "survey",
-    "quality", "calibrated", "held", "saved", "link", "complete",
+    "ordered", "planned", "quality", "calibrated", "held", "saved", "link", "complete",
 ]  # fmt: skip
 
-CHANGES = ("skipped", "removed", "undone", "redone", "noted", "survey", "calibrated")
+CHANGES = (
+    "skipped",
+    "removed",
+    "undone",
+    "redone",
+    "noted",
+    "survey",
+    "ordered",
+    "planned",
+    "calibrated",
+)
 
 
 @dataclass(frozen=True)

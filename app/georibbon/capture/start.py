@@ -33,27 +33,31 @@ def open_capture(
         return _new(path, identity, usual.with_counts(counts or {}))
     session = Session.open(path)
     try:
-        return session, _again(session, identity, plan, counts or {})
+        return session, go_on(session, identity, plan, counts)
     except BaseException:
         session.close()
         raise
 
 
 def _new(path: Path, identity: Identity, plan: CapturePlan) -> tuple[Session, CapturePlan]:
-    _check(plan, identity.ribbon)
+    check_plan(plan, identity.ribbon)
     session = Session.create(path, title=plan.title)
     try:
         write_ribbon(session, identity.ribbon, identity.firmware)
-        _write_plan(session, plan)
+        write_plan(session, plan)
     except BaseException:
         session.close()
         raise
     return session, plan
 
 
-def _again(
-    session: Session, identity: Identity, plan: CapturePlan | None, counts: Mapping[str, int]
+def go_on(
+    session: Session,
+    identity: Identity,
+    plan: CapturePlan | None = None,
+    counts: Mapping[str, int] | None = None,
 ) -> CapturePlan:
+    """What is planned in a session that is open, to go on with; raises as `open_capture`."""
     if session.read_only:
         why = "; ".join(session.warnings) or "it can only be read"
         raise SessionError(f"{session.path}: the capture cannot go on: {why}")
@@ -61,11 +65,11 @@ def _again(
         check_same(identity.ribbon, session.state.ribbon)
     except DeviceError as error:
         raise SessionError(f"{session.path}: {error}") from error
-    plan = (_planned(session.state) if plan is None else plan).with_counts(counts)
-    _check(plan, identity.ribbon)
+    plan = (_planned(session.state) if plan is None else plan).with_counts(counts or {})
+    check_plan(plan, identity.ribbon)
     # Its rate may have changed since; and without any copy of this no frame can be salvaged.
     write_ribbon(session, identity.ribbon, identity.firmware)
-    _write_plan(session, plan)
+    write_plan(session, plan)
     return plan
 
 
@@ -76,7 +80,8 @@ def _planned(state: SessionState) -> CapturePlan:
     return CapturePlan(**asdict(state.plan), title=state.title)
 
 
-def _check(plan: CapturePlan, ribbon: Ribbon) -> None:
+def check_plan(plan: CapturePlan, ribbon: Ribbon) -> None:
+    """Raise SettingsError where the plan cannot be meant on this ribbon."""
     names = [one.name for one in plan.planned_passes]
     check_survey(plan.survey or {}, ribbon, names, plan.source)
 
@@ -87,7 +92,7 @@ def write_ribbon(session: Session, ribbon: Ribbon, firmware: str | None) -> None
     session.do("ribbon", **ribbon_table(ribbon), **told)
 
 
-def _write_plan(session: Session, plan: CapturePlan) -> None:
+def write_plan(session: Session, plan: CapturePlan) -> None:
     """Write what the plan says and the session does not say yet; nothing of the session is lost."""
     state = session.state
     piece = plan.workpiece

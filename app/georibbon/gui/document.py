@@ -20,8 +20,10 @@ from georibbon.errors import GeoribbonError, StorageError
 if TYPE_CHECKING:
     from georibbon.gui.sources import Opened, PassEntry
     from georibbon.reconstruction import Reconstruction, Stages
+    from georibbon.session.session import Session
 
 EVERY_PASS = "*"
+LEAST_PASSES = 2  # that span a surface
 DEMONSTRATION = "car bonnet.georibbon"
 
 
@@ -44,15 +46,18 @@ class _Job(QRunnable):
 class Document(QObject):
     """One session or recording folder, its settings and its reconstruction.
 
-    changed(what): "source" where another one is open or none is; "settings"
-    where a setting or what can be undone has changed.  reconstructed(result).
-    failed(sentence): what a person can mend.  fault(exception): what is ours.
-    told(sentence): what a person must know.  busy(whether, words).
+    changed(what): "source" where another one is open or none is; "passes" where a
+    capture has changed what it holds; "settings" where a setting or what can be
+    undone has changed.  reconstructed(result).  failed(sentence): what a person
+    can mend.  not_yet(sentence): why what is captured so far gives no surface.
+    fault(exception): what is ours.  told(sentence): what a person must know.
+    busy(whether, words).
     """
 
     changed = Signal(str)
     reconstructed = Signal(object)
     failed = Signal(str)
+    not_yet = Signal(str)
     fault = Signal(object)
     told = Signal(str)
     busy = Signal(bool, str)
@@ -71,6 +76,7 @@ class Document(QObject):
         self._number = 0
         self._ended = False
         self._failure: str | None = None
+        self.capturing = False  # what cannot be reconstructed yet is no failure then
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     @property
@@ -88,6 +94,11 @@ class Document(QObject):
     def keeps(self) -> bool:
         """Whether what is changed is written into the file."""
         return self._source is not None and self._source.keeps
+
+    @property
+    def session(self) -> Session | None:
+        """The session that is open, where it can be written to."""
+        return self._source.session if self._source is not None and self._source.keeps else None
 
     @property
     def passes(self) -> tuple[PassEntry, ...]:
@@ -180,6 +191,32 @@ class Document(QObject):
         if self.path == folder / DEMONSTRATION and not self._replace(None):
             return
         self._ask(work, self._opened, "capturing the virtual car bonnet")
+
+    def adopt(self, session: Session) -> bool:
+        """Have a session in the place of what is open; False, and nothing done, where that cannot
+        be closed.
+        """
+        from georibbon.gui.sources import OpenedSession
+
+        self._waiting = self._running = None
+        self.busy.emit(False, "")
+        source = OpenedSession(session)
+        if not self._replace(source):
+            return False
+        for sentence in source.told:
+            self.told.emit(sentence)
+        return True
+
+    def captured(self) -> None:
+        """A capture has changed what the session holds: the reconstruction follows."""
+        if self._source is None:
+            return
+        enough = sum(one.kind == "pass" for one in self.passes) >= LEAST_PASSES
+        if not enough:
+            self._result = None
+        self.changed.emit("passes")
+        if enough:
+            self.reconstruct()
 
     def close(self, *, discard: bool = False) -> bool:
         """Let go of what is open; whether that could be done.
@@ -300,7 +337,8 @@ class Document(QObject):
             self._drop(result)
         elif isinstance(error, GeoribbonError):
             self._failure = str(error) if then != self._opened else self._failure
-            self.failed.emit(str(error))
+            quietly = self.capturing and then != self._opened
+            (self.not_yet if quietly else self.failed).emit(str(error))
         elif isinstance(error, OSError) and error.strerror:
             self.failed.emit(f"{error.filename or 'a file'}: {error.strerror}")
         elif error is not None:

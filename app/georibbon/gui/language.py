@@ -17,7 +17,7 @@ _catalogue: gettext.NullTranslations = gettext.NullTranslations()
 
 def use(language: str) -> None:
     """Take up a language of `LANGUAGES`; English for any other."""
-    global _catalogue
+    global _catalogue  # noqa: PLW0603 - one language for the whole window
     _catalogue = gettext.NullTranslations()
     if language in LANGUAGES and language != "en":
         _catalogue = gettext.translation(DOMAIN, resource("translations"), [language])
@@ -34,6 +34,6 @@ def trn(one: str, many: str, n: int, /, **values: object) -> str:
     return _catalogue.ngettext(one, many, n).format(n=n, **values)
 
 
-def N_(text: str) -> str:  # noqa: N802 - gettext's own name for it
+def N_(text: str) -> str:
     """A text that is translated where it is shown."""
     return text
