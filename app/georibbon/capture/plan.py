@@ -9,6 +9,14 @@ A plan file is TOML:
     passes = 5                # P1, P2, ...
     ties = 2                  # T1, T2, ...
 
+    [layout]                  # how they are meant to be laid and measured
+    spacing = 0.1             # m between neighbouring passes
+    marks = 2                 # of each pass: 0, 1 (start), 2 (start and end), 3 ...
+    mark_sigma = 0.0005       # m
+    distances = 0             # between neighbours: 0, 1 (starts), 2 (and ends), 3 ...
+    distance_sigma = 0.0005   # m
+    crossing_sigma = 0.001    # m, of each crossing of a tie with a pass
+
 with `[workpiece]`, `[[mark]]`, `[[distance]]` and `[[crossing]]` as in a
 recording, all of them optional.
 """
@@ -16,7 +24,7 @@ recording, all of them optional.
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from georibbon.calibration.labels import describe
@@ -25,7 +33,8 @@ from georibbon.errors import SettingsError
 from georibbon.recording import PassKind, Workpiece
 from georibbon.ribbon import Ribbon
 from georibbon.session.fields import Source, Table
-from georibbon.session.files import read_bounded
+from georibbon.session.files import built_file, read_bounded
+from georibbon.session.folder import toml_text
 from georibbon.session.outline import Survey, read_survey, read_workpiece
 
 FORMAT = "georibbon-plan"
@@ -35,7 +44,13 @@ MOST_PLANNED = 1000
 MAX_PLAN = 4 * 2**20
 _COUNTS = ("poses", "passes", "ties")
 _SURVEY = ("mark", "distance", "crossing")
-_KNOWN = ("format", "version", "title", *_COUNTS, "workpiece", *_SURVEY)
+_KNOWN = ("format", "version", "title", *_COUNTS, "layout", "workpiece", *_SURVEY)
+_PLACES = ("marks", "distances")
+_SIGMAS = ("mark_sigma", "distance_sigma", "crossing_sigma")
+_LAYOUT = ("spacing", *_PLACES, *_SIGMAS)
+MOST_PLACES = 9
+SPACINGS = (0.005, 2.0)  # m
+LEAST_SIGMA, MOST_SIGMA = 1e-5, 0.1  # m
 
 
 @dataclass(frozen=True)
@@ -70,11 +85,59 @@ class PlannedPass:
 
 
 @dataclass(frozen=True)
+class PlannedLayout:
+    """How passes are meant to be laid and measured, metres.
+
+    spacing: between neighbouring passes.  marks: points of each pass whose
+    place in the workpiece is measured, spread evenly from its start to its end
+    (one: the start).  distances: between neighbouring passes, spread likewise.
+    crossing_sigma: of a crossing, which every tie makes with every pass.
+    """
+
+    spacing: float = 0.1
+    marks: int = 2
+    mark_sigma: float = 0.0005
+    distances: int = 0
+    distance_sigma: float = 0.0005
+    crossing_sigma: float = 0.001
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be laid or measured, with a SettingsError."""
+        if not SPACINGS[0] <= self.spacing <= SPACINGS[1]:
+            raise SettingsError(
+                f"the passes are {self.spacing:g} m apart; give {SPACINGS[0]:g} to "
+                f"{SPACINGS[1]:g} m"
+            )
+        for name in _PLACES:
+            if not 0 <= getattr(self, name) <= MOST_PLACES:
+                raise SettingsError(
+                    f"{getattr(self, name)} {name} a pass are planned; plan 0 to {MOST_PLACES}"
+                )
+        for name in _SIGMAS:
+            if not LEAST_SIGMA <= getattr(self, name) <= MOST_SIGMA:
+                raise SettingsError(
+                    f"{name} is {getattr(self, name):g} m; give {LEAST_SIGMA:g} to {MOST_SIGMA:g} m"
+                )
+
+
+def places(count: int, length: float) -> tuple[float, ...]:
+    """So many places along a ribbon of a length, metres: the start, start and end, evenly."""
+    if count < 2:
+        return (0.0,) * count
+    return tuple(length * i / (count - 1) for i in range(count))
+
+
+def tie_places(ties: int) -> tuple[float, ...]:
+    """Where ties cross the passes, as fractions of the ribbon's length."""
+    return tuple(0.1 + 0.8 * i / (ties + 1) for i in range(1, ties + 1))
+
+
+@dataclass(frozen=True)
 class CapturePlan:
     """What is to be captured; survey: the tables of a recording, checked once a ribbon is known.
 
-    poses: the number of a plan of `calibration.plans`, or 0.  source: where it
-    came from, for messages.
+    poses: the number of a plan of `calibration.plans`, or 0.  layout: how it is
+    to be laid and measured.  source: where it came from, for messages.
     """
 
     poses: int = DEFAULT_POSES
@@ -84,6 +147,7 @@ class CapturePlan:
     workpiece: Workpiece | None = None
     survey: Mapping[str, object] | None = None
     source: str = "the plan"
+    layout: PlannedLayout = field(default_factory=PlannedLayout)
 
     def __post_init__(self) -> None:
         """Refuse what cannot be captured, with a SettingsError."""
@@ -158,7 +222,44 @@ def _plan(table: Table) -> CapturePlan:
         workpiece=read_workpiece(table),
         survey=survey or None,
         source=table.source.name,
+        layout=_layout(table),
     )
+
+
+def _layout(top: Table) -> PlannedLayout:
+    """The table [layout], what it lacks being as usual."""
+    table = Table(top.data.get("layout", {}), top.source, "layout", None, _LAYOUT)
+    lengths = {
+        key: table.positive(key, "a length in metres")
+        for key in ("spacing", *_SIGMAS)
+        if key in table.data
+    }
+    numbers = {key: table.whole(key, "a whole number") for key in _PLACES if key in table.data}
+    try:
+        return PlannedLayout(**lengths, **numbers)
+    except SettingsError as error:
+        table.refuse(None, str(error))
+
+
+def write_plan(plan: CapturePlan, path: Path) -> None:
+    """Write a plan that `read_plan` reads back; SettingsError where it cannot be written.
+
+    A file that is there is replaced as a whole, or left as it was.
+    """
+    with built_file(path, SettingsError) as built:
+        built.write_text(toml_text(_tables(plan)), encoding="utf-8")
+
+
+def _tables(plan: CapturePlan) -> dict[str, object]:
+    head: dict[str, object] = {"format": FORMAT, "version": VERSION}
+    if plan.title is not None:
+        head["title"] = plan.title
+    head |= {key: getattr(plan, key) for key in _COUNTS}
+    piece = plan.workpiece
+    if piece is not None:
+        heading = {} if piece.heading is None else {"heading": piece.heading}
+        head["workpiece"] = {"level": piece.level} | heading
+    return head | {"layout": asdict(plan.layout)} | dict(plan.survey or {})
 
 
 def _count(table: Table, key: str) -> int:
