@@ -1,0 +1,119 @@
+"""The motion that lays one surface best onto another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from georibbon import rotations
+from georibbon.arrays import FloatArray
+from georibbon.geometry.deviation import deviation
+from georibbon.geometry.nearest import TriangleLocator
+
+_TRIED, _USED = 250, 2500  # points for choosing a start, and for the motion itself
+_TRIAL_STEPS, _STEPS = 12, 80
+_OUTLIER = 4.0  # of the median: what is farther away does not pull
+_AT_REST = 1e-9  # of the size
+_WEAK = 1e-5  # of the strongest: how little the surface may hold in a direction before it is left
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A rigid motion x -> rotation x + translation; rotation (3, 3), translation (3,) metres."""
+
+    rotation: FloatArray
+    translation: FloatArray
+
+    def applied(self, points: FloatArray) -> FloatArray:
+        """The points (n, 3) where the motion carries them."""
+        return points @ self.rotation.T + self.translation
+
+    def turned(self, vectors: FloatArray) -> FloatArray:
+        """The directions (n, 3) as the motion turns them."""
+        return vectors @ self.rotation.T
+
+    @property
+    def angle(self) -> float:
+        """Radians by which it turns."""
+        return float(np.linalg.norm(rotations.log(self.rotation)))
+
+
+STILL = Motion(np.eye(3), np.zeros(3))
+
+
+def align(points: FloatArray, reference: TriangleLocator, middles: FloatArray) -> Motion:
+    """The motion of points (n, 3) that lays them best onto the reference mesh.
+
+    middles: (m, 3) points spread over the reference.  The least squares of the
+    distances along the normals (Chen and Medioni 1992), what is far away or
+    beyond the border left out, step by step from the best of six starts: as
+    they are, middle onto middle, and principal axes onto principal axes.
+    Directions in which the surface would slide along itself are left as they
+    are.  The same input gives the same motion.
+    """
+    few = _some(points, _TRIED)
+    starts = [STILL, *_starts(points, middles)]
+    tried = [_followed(few, reference, start, _TRIAL_STEPS) for start in starts]
+    misses = np.array([_miss(one.applied(few), reference) for one in tried])
+    # Of those that fit alike the first: a surface that fits as it lies is not turned about.
+    best = int(np.argmax(misses <= 1.05 * misses.min() + 1e-6 * reference.size))
+    return _followed(_some(points, _USED), reference, tried[best], _STEPS)
+
+
+def _some(points: FloatArray, count: int) -> FloatArray:
+    """About `count` of the points, evenly taken."""
+    places = np.unique(np.linspace(0, len(points) - 1, min(count, len(points))).astype(np.int64))
+    return points[places]
+
+
+def _starts(points: FloatArray, middles: FloatArray) -> list[Motion]:
+    here, there = points.mean(axis=0), middles.mean(axis=0)
+    mine, other = _axes(points - here), _axes(middles - there)
+    turns = [np.eye(3)]
+    for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        flips = np.diag([*signs, signs[0] * signs[1]]).astype(np.float64)
+        turns.append(other @ flips @ mine.T)
+    return [Motion(turn, there - turn @ here) for turn in turns]
+
+
+def _axes(points: FloatArray) -> FloatArray:
+    """(3, 3) the principal axes as columns, right-handed."""
+    axes = np.linalg.eigh(points.T @ points)[1][:, ::-1].copy()
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    return axes
+
+
+def _miss(points: FloatArray, reference: TriangleLocator) -> float:
+    """How badly points lie: the root mean square distance, m; far ones count no more than that."""
+    distance = reference.nearest(points).distance
+    return float(np.sqrt(np.mean(np.minimum(distance, 0.1 * reference.size) ** 2)))
+
+
+def _followed(points: FloatArray, reference: TriangleLocator, start: Motion, steps: int) -> Motion:
+    motion = start
+    for _ in range(steps):
+        now = motion.applied(points)
+        step = _step(now, reference)
+        if step is None:
+            break
+        motion = Motion(step.rotation @ motion.rotation, step.applied(motion.translation[None])[0])
+        if np.abs(step.applied(now) - now).max() < _AT_REST * reference.size:
+            break
+    return motion
+
+
+def _step(points: FloatArray, reference: TriangleLocator) -> Motion | None:
+    """The small motion that brings the points nearer; None where too few are over the mesh."""
+    away = deviation(points, reference)
+    over = np.isfinite(away)
+    if np.count_nonzero(over) < 6:
+        return None
+    over &= np.abs(np.nan_to_num(away)) <= _OUTLIER * np.nanmedian(np.abs(away)) + 1e-12
+    used, found = points[over], reference.nearest(points[over])
+    normals = reference.outward(found)
+    residual = np.sum((used - found.points) * normals, axis=1)
+    middle = used.mean(axis=0)
+    arms = (used - middle) / reference.size  # so that turning and moving weigh alike
+    rows = np.hstack([np.cross(arms, normals), normals])
+    found_step = np.linalg.lstsq(rows, -residual, rcond=_WEAK)[0]
+    rotation = rotations.exp(found_step[:3] / reference.size)
+    return Motion(rotation, middle - rotation @ middle + found_step[3:])
