@@ -386,3 +386,30 @@ def test_what_cannot_be_written_is_held_and_goes_to_another_place(laying, place,
     with Session.open(other, read_only=True) as session:
         names = [one.name for one in session.recording(complete=False).passes]
     assert names == ["P1", "P2"]
+
+
+def test_the_order_is_changed_by_a_verb_and_taken_back_by_name(tmp_path):
+    with_two = Bench(tmp_path / "s.georibbon", CapturePlan(poses=0, passes=2, ties=0))
+    with_two.do("lift", "lay P1", "lift", "lay P2")
+    engine = with_two.engine
+    engine.reorder(["P2", "P1"])
+    assert [one.name for one in with_two.session.state.passes] == ["P2", "P1"]
+    engine.undo()
+    assert [one.name for one in with_two.session.state.passes] == ["P1", "P2"]
+    with pytest.raises(SettingsError, match="it must name P1, P2, each once"):
+        engine.reorder(["P1", "P1"])
+    with_two.session.close()
+
+
+def test_another_plan_asks_for_more_and_is_taken_back(tmp_path):
+    bench = Bench(tmp_path / "s.georibbon", CapturePlan(poses=0, passes=1, ties=0))
+    bench.do("lift", "lay P1")
+    engine = bench.engine
+    assert engine.current is None
+    engine.replan(CapturePlan(poses=0, passes=2, ties=1))
+    assert engine.current.key == "P2"
+    assert [item.key for item in engine.items] == ["P1", "P2", "T1"]
+    engine.undo()
+    assert engine.plan.passes == 1
+    assert engine.current is None
+    bench.session.close()

@@ -100,7 +100,10 @@ class _Thread(threading.Thread):
 
     def _turn(self, engine: Engine) -> None:
         tap = self.tap
-        tap.wait(TICK)
+        if tap.closed:  # the ribbon was let go of: another connection may come
+            self.ending.wait(TICK)
+        else:
+            tap.wait(TICK)
         frames = tap.take()
         before = self._standing(engine)
         self._try(lambda: engine.feed(frames))
