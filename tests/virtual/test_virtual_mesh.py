@@ -12,9 +12,9 @@ from worlds import QUIET, SMALL, counts_of, world_of
 
 from georibbon.errors import GeoribbonError, SettingsError
 from georibbon.geometry.closest import closest_point
+from georibbon.session import mesh_file
 from georibbon.simulation import LayoutSettings, make_surface, read_truth, write_truth
 from georibbon.virtual import MeshSettings
-from georibbon.virtual import mesh as mesh_module
 from georibbon.virtual.mesh import lay_on_mesh, read_mesh
 
 LAYOUT = LayoutSettings(passes=3, ties=1, heading=20.0)
@@ -201,10 +201,10 @@ def test_other_files_and_too_large_ones_are_refused(tmp_path, monkeypatch):
     with pytest.raises(SettingsError, match="missing"):
         read_mesh(MeshSettings(tmp_path / "part.stl"))
     path = written(tmp_path, trimesh.creation.box((1000.0, 800.0, 400.0)))
-    monkeypatch.setattr(mesh_module, "MAX_TRIANGLES", 11)
+    monkeypatch.setattr(mesh_file, "MAX_TRIANGLES", 11)
     with pytest.raises(SettingsError, match="at most 11"):
         read_mesh(MeshSettings(path))
-    monkeypatch.setattr(mesh_module, "MAX_BYTES", 100)
+    monkeypatch.setattr(mesh_file, "MAX_BYTES", 100)
     with pytest.raises(SettingsError, match="more than 100 bytes"):
         read_mesh(MeshSettings(path))
 

@@ -8,26 +8,19 @@ its knots no closer than the facets, and its normals are interpolated between
 those of the corners.
 """
 
-from dataclasses import dataclass
-from io import BytesIO
-
 import numpy as np
 import potpourri3d
-import trimesh
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.spatial import cKDTree
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SettingsError
 from georibbon.geometry.frames import Strip, frames_from, unit
-from georibbon.session.files import read_bounded
+from georibbon.session.mesh_file import TriangleMesh, read_triangles
 from georibbon.simulation.layout import fan_angles, middle_pass, samples, steps, tie_places
 from georibbon.simulation.settings import LayoutSettings
-from georibbon.virtual.settings import UNITS, MeshSettings
+from georibbon.virtual.settings import MeshSettings
 
-MAX_BYTES = 200_000_000
-MAX_TRIANGLES = 1_000_000
-KINDS = ("stl", "obj", "ply")
 SPACING = 0.1
 """Metres between passes unless the layout says otherwise."""
 EXTENT = (0.05, 100.0)
@@ -38,22 +31,8 @@ FACETS, LEAST = 4.0, 16
 """Facets between the knots, so that their edges are smoothed over; yet so many pieces at least."""
 CREASE = 40.0
 """Degrees between facets beyond which their normals are not blended."""
-NONE = np.zeros((0, 3), dtype=np.int64)
 _NEAR = 24  # facets looked at for a point, nearest centres first
 _ON = 1e-6  # of the mesh's size: how far off its facet a point on the mesh may be
-
-
-@dataclass(frozen=True, eq=False)
-class TriangleMesh:
-    """A manifold mesh whose triangles all face one way.
-
-    name: the file's.  vertices: (v, 3) metres; triangles: (f, 3), counter-clockwise
-    from outside.
-    """
-
-    name: str
-    vertices: FloatArray
-    triangles: IntArray
 
 
 def read_mesh(settings: MeshSettings) -> TriangleMesh:
@@ -62,62 +41,13 @@ def read_mesh(settings: MeshSettings) -> TriangleMesh:
     Raises `SettingsError` for what is no such file, is empty, too large, not
     manifold, or of a size that no ribbon can be laid on.
     """
-    path = settings.path
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in KINDS:
-        raise SettingsError(f"{path}: a mesh file ends with .stl, .obj or .ply; convert it")
-    data = read_bounded(path, MAX_BYTES, str(path), SettingsError)
-    vertices, triangles = _parsed(data, kind, path.name)
-    vertices = vertices * UNITS[settings.unit]
-    mesh = TriangleMesh(path.name, *_joined(vertices, triangles))
+    mesh = read_triangles(settings.path, settings.unit, SettingsError)
     _check_size(mesh, settings.unit)
     _check_edges(mesh)
     return mesh
 
 
-def _parsed(data: bytes, kind: str, name: str) -> tuple[FloatArray, IntArray]:
-    """The vertices (v, 3) and triangles (f, 3) as the file has them."""
-    try:
-        # From bytes, so that no file that this one names is opened.
-        found = trimesh.load_mesh(BytesIO(data), file_type=kind, process=False)
-        vertices = np.asarray(found.vertices, dtype=np.float64)
-        triangles = np.asarray(getattr(found, "faces", NONE), dtype=np.int64)
-    except Exception as error:  # whatever a parser stumbles over in a stranger's file
-        raise SettingsError(
-            f"{name}: this is no {kind.upper()} file that can be read; "
-            "write it anew with the program it came from"
-        ) from error
-    if triangles.ndim != 2 or vertices.ndim != 2 or len(triangles) == 0:
-        raise SettingsError(f"{name}: there are no triangles in it; export the surface as a mesh")
-    if len(triangles) > MAX_TRIANGLES:
-        raise SettingsError(
-            f"{name}: {len(triangles)} triangles; at most {MAX_TRIANGLES} are read: coarsen it"
-        )
-    if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise SettingsError(f"{name}: a triangle names a corner that is not there; write it anew")
-    if not np.isfinite(vertices[np.unique(triangles)]).all():
-        raise SettingsError(f"{name}: a corner is no finite point; write the file anew")
-    return vertices, triangles
-
-
-def _joined(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Equal corners made one, triangles without area left out, unused corners too."""
-    corners = vertices[triangles.ravel()]
-    size = float(np.ptp(corners, axis=0).max()) or 1.0
-    # Files hold single precision: what is equal to a ten-millionth of the size is one corner.
-    keys = np.round((corners - corners.min(axis=0)) / (1e-7 * size)).astype(np.int64)
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    joined, faces = corners[first], index.reshape(-1, 3)
-    a, b, c = (joined[faces[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    distinct = (faces != np.roll(faces, 1, axis=1)).all(axis=1) & (area > 1e-14 * size**2)
-    used, again = np.unique(faces[distinct], return_inverse=True)
-    return joined[used], again.reshape(-1, 3).astype(np.int64)
-
-
 def _check_size(mesh: TriangleMesh, unit_name: str) -> None:
-    if len(mesh.triangles) == 0:
-        raise SettingsError(f"{mesh.name}: its triangles have no area; export the surface anew")
     size = float(np.ptp(mesh.vertices, axis=0).max())
     least, most = EXTENT
     if not least <= size <= most:
