@@ -18,6 +18,7 @@ import string
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TypeGuard
 
 from babel.messages.catalog import Catalog, Message
 from babel.messages.extract import extract_from_dir
@@ -78,9 +79,17 @@ def _patterns(tree: ast.Module) -> Iterator[str]:
             pattern = _pattern(node)
             if _is_sentence(pattern):
                 yield pattern
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            if _is_sentence(node.value) and "{" not in node.value:
-                yield node.value
+        elif _is_words(node):
+            yield node.value
+
+
+def _is_words(node: ast.AST) -> TypeGuard[ast.Constant]:
+    return (
+        isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and _is_sentence(node.value)
+        and "{" not in node.value
+    )
 
 
 def _pattern(node: ast.JoinedStr) -> str:
