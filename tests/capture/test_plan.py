@@ -18,8 +18,18 @@ from georibbon.capture.judging import (
     rough_up,
     rough_ups,
 )
-from georibbon.capture.plan import CapturePlan, PlannedPose, check_survey, read_plan
+from georibbon.capture.plan import (
+    CapturePlan,
+    PlannedLayout,
+    PlannedPose,
+    check_survey,
+    places,
+    read_plan,
+    tie_places,
+    write_plan,
+)
 from georibbon.errors import SettingsError
+from georibbon.recording import Workpiece
 from georibbon.rotations import about_x, about_y, about_z
 from georibbon.simulation.settings import RibbonSettings
 from georibbon.simulation.virtual import virtual_ribbon
@@ -169,3 +179,48 @@ def test_silent_sensors_take_neither_pose_nor_pass():
     accelerometers = {name for name in names if name.startswith("A")}
     assert judge_pass(RIBBON, "P1", means([0.0, 0.0, 1.0], few - accelerometers)).code == "silent"
     assert judge_pass(RIBBON, "P1", means([0.0, 0.0, 1.0])) is None
+
+
+@given(
+    passes=st.integers(0, 1000),
+    ties=st.integers(0, 1000),
+    spacing=st.floats(0.005, 2.0),
+    marks=st.integers(0, 9),
+    sigma=st.floats(1e-5, 0.1),
+    title=st.none() | st.text(st.characters(exclude_categories=("C",)), max_size=40),
+)
+def test_a_written_plan_is_read_back(tmp_path_factory, passes, ties, spacing, marks, sigma, title):
+    path = tmp_path_factory.mktemp("plan") / "plan.toml"
+    layout = PlannedLayout(spacing=spacing, marks=marks, mark_sigma=sigma)
+    entry = {"pass": "P1", "at": 0.1, "position": [0.0, 1.0, 2.0], "sigma": 0.001}
+    plan = CapturePlan(12, passes, ties, title, Workpiece(True, 12.5), {"mark": [entry]},
+                       path.name, layout)  # fmt: skip
+    write_plan(plan, path)
+    assert read_plan(path) == plan
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("spacing = 0.001", "passes are 0.001 m apart"),
+        ("spacing = -1", "spacing"),
+        ("marks = 10", "plan 0 to 9"),
+        ("marks = 1.5", "whole number"),
+        ("mark_sigma = 1.0", "mark_sigma"),
+        ("distances = -1", "distances"),
+        ("gap = 1", "gap"),
+    ],
+)
+def test_a_layout_that_cannot_be_meant_is_refused(tmp_path, text, words):
+    with pytest.raises(SettingsError, match=words):
+        read_plan(written(tmp_path, f"{HEAD}[layout]\n{text}\n"))
+
+
+def test_places_are_spread_from_the_start_to_the_end():
+    assert places(0, 0.9) == ()
+    assert places(1, 0.9) == (0.0,)
+    assert places(2, 0.9) == (0.0, 0.9)
+    assert places(4, 0.9) == pytest.approx((0.0, 0.3, 0.6, 0.9))
+    assert tie_places(0) == ()
+    assert tie_places(1) == (0.5,)
+    assert 0.1 < tie_places(3)[0] < tie_places(3)[-1] < 0.9

@@ -26,6 +26,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from georibbon.calibration.labels import describe
 from georibbon.calibration.plans import PLANS
@@ -229,14 +230,14 @@ def _plan(table: Table) -> CapturePlan:
 def _layout(top: Table) -> PlannedLayout:
     """The table [layout], what it lacks being as usual."""
     table = Table(top.data.get("layout", {}), top.source, "layout", None, _LAYOUT)
-    lengths = {
-        key: table.positive(key, "a length in metres")
-        for key in ("spacing", *_SIGMAS)
-        if key in table.data
-    }
-    numbers = {key: table.whole(key, "a whole number") for key in _PLACES if key in table.data}
+    given: dict[str, Any] = {}
+    for key in (one for one in _LAYOUT if one in table.data):
+        if key in _PLACES:
+            given[key] = table.whole(key, "a whole number")
+        else:
+            given[key] = table.positive(key, "a length in metres")
     try:
-        return PlannedLayout(**lengths, **numbers)
+        return PlannedLayout(**given)
     except SettingsError as error:
         table.refuse(None, str(error))
 
