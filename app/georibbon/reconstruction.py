@@ -1,71 +1,65 @@
 """From a recording to a surface: the one pure function, its settings and its result."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, TypeVar, cast
 
 import numpy as np
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.calibration import calibrate, check_fits
 from georibbon.calibration.model import Calibration
-from georibbon.errors import CalibrationError, FitError, SettingsError
+from georibbon.errors import CalibrationError, FitError
 from georibbon.fitting.assessment import Assessment, Verdict, assess
 from georibbon.fitting.capture import Capture, prepare
 from georibbon.fitting.equations import observations, read_survey, without_loose_ties
 from georibbon.fitting.fit import FitSettings, fit_alone, fit_together
+from georibbon.fitting.grid import Grid
 from georibbon.fitting.paper import fit_paper
 from georibbon.fitting.placing import DRIFT_SIGMA
 from georibbon.fitting.result import PassesFit
 from georibbon.fitting.screening import Screened, screen
+from georibbon.fitting.settings import (
+    LONGEST_SMOOTHING,
+    METHODS,
+    SHORTEST_SMOOTHING,
+    Method,
+    ReconstructionSettings,
+    check_settings,
+)
 from georibbon.fitting.strip import Strips
 from georibbon.fitting.survey import Placed
+from georibbon.fitting.trimming import Curve, trimmed
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.surface import Surface, SurfaceSettings, build_surface
 from georibbon.notices import Notice
-from georibbon.recording import PassKind, Recording
-from georibbon.ribbon import Ribbon
+from georibbon.recording import Pass, PassKind, Recording
+from georibbon.ribbon import Readings, Ribbon
 from georibbon.threads import one_thread
 
 T = TypeVar("T")
 
-Method = Literal["ribbon", "paper"]
+__all__ = [
+    "LONGEST_SMOOTHING",
+    "METHODS",
+    "SHORTEST_SMOOTHING",
+    "FittedPass",
+    "Method",
+    "Quality",
+    "Reconstruction",
+    "ReconstructionSettings",
+    "Stages",
+    "SurveyResidual",
+    "Whole",
+    "reconstruct",
+    "survey_residuals",
+]
+
 SurveyKind = Literal["mark", "distance", "crossing"]
-METHODS: tuple[Method, ...] = ("ribbon", "paper")
 SURVEY_OUTLIER = 5.0  # standard deviations
 CONTRADICTION = 0.02  # m: a slip beyond what passes drift by
-SHORTEST_SMOOTHING = 0.001  # m: a shorter one means nothing on any ribbon
-LONGEST_SMOOTHING = 10.0
-
-
-@dataclass(frozen=True)
-class ReconstructionSettings:
-    """What a person may choose.
-
-    method: "ribbon", the fit to the readings, or "paper", from tangents as the
-    source paper does.  neighbours: whether neighbouring passes correct each
-    other.  smoothing: metres, by the pass's name or "*" for all others; chosen
-    by the evidence where nothing is given.  surface: None for curves alone.
-    """
-
-    method: Method = "ribbon"
-    neighbours: bool = True
-    smoothing: Mapping[str, float] = field(default_factory=dict)
-    surface: SurfaceSettings | None = field(default_factory=SurfaceSettings)
-
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise SettingsError(
-                f'the method is "{self.method}"; it must be one of {", ".join(METHODS)}'
-            )
-        for name, length in self.smoothing.items():
-            if not (np.isfinite(length) and SHORTEST_SMOOTHING <= length <= LONGEST_SMOOTHING):
-                which = "all passes" if name == "*" else f"pass {name}"
-                raise SettingsError(
-                    f"the smoothing of {which} is {1e3 * length:g} mm; it must be between "
-                    f"{1e3 * SHORTEST_SMOOTHING:g} and {1e3 * LONGEST_SMOOTHING:g} mm"
-                )
 
 
 @dataclass(frozen=True)
@@ -87,7 +81,9 @@ class FittedPass:
     divided by its standard deviation, NaN where the sensor has no such axis or
     was not used.  residual_rms: root mean square of those that are used.
     smoothing: metres, the detail that is still followed.  sensors_ignored:
-    names.
+    names of those that disagree or say nothing; sensors_off: of those that were
+    switched off.  Where ends are trimmed the strip begins and ends there, its
+    places counted from the ribbon's start as ever.
     """
 
     name: str
@@ -100,6 +96,7 @@ class FittedPass:
     smoothing: float
     sensors_ignored: tuple[str, ...]
     quality: Quality
+    sensors_off: tuple[str, ...] = ()
 
     @property
     def position_sigma(self) -> FloatArray:
@@ -168,6 +165,11 @@ class Stages:
         held = self._held.get(stage)
         return held is not None and _same(held[0], of)
 
+    def latest(self, stage: object) -> object | None:
+        """What is held of a stage, whatever it was made from; None where nothing is."""
+        held = self._held.get(stage)
+        return None if held is None else held[1]
+
     def put(self, stage: object, of: tuple[object, ...], value: object) -> None:
         """Holds a result."""
         self._held[stage] = (of, value)
@@ -202,31 +204,40 @@ def reconstruct(
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """A whole reconstruction with what it was made from, for those near it."""
+
+    recording: Recording
+    settings: ReconstructionSettings
+    calibration: Calibration | None
+    fit: PassesFit
+    capture: Capture
+    result: Reconstruction
+
+
 def _reconstruct(
     recording: Recording,
     settings: ReconstructionSettings,
-    calibration: Calibration | None,
+    given: Calibration | None,
     stages: Stages,
 ) -> Reconstruction:
-    _check_names(recording, settings)
-    calibration = _calibration(recording, calibration, stages)
-    recording, left_out = stages.get("held", (recording,), lambda: without_loose_ties(recording))
-    capture = _capture(recording, calibration, stages)
+    check_settings(settings, recording)
+    calibration = _calibration(recording, given, stages)
+    held, left_out = stages.get("held", (recording,), lambda: without_loose_ties(recording))
+    heard = _heard(held, settings, stages)
+    capture = _capture(heard, calibration, settings, stages)
     fit = _fit(capture, settings, stages)
-    survey = _survey_residuals(recording, capture, fit)
+    survey = survey_residuals(heard, capture.grid, fit.points, fit.frames)
     outliers = _outliers(survey, settings.method)
     _require_agreement(survey, outliers)
     missed = Counter(name for one in outliers for name in set(one.passes))
     assessments, notices = assess(capture, fit, missed)
     passes = tuple(
-        _fitted_pass(capture, fit, p, assessment) for p, assessment in enumerate(assessments)
+        _fitted_pass(capture, fit, p, assessment, settings)
+        for p, assessment in enumerate(assessments)
     )
-    wanted = settings.surface
-    surface = None
-    if wanted is not None:
-        surface = stages.get("surface", (fit, wanted), lambda: _surface(passes, wanted))
-    screened = _screened(recording, calibration, stages)
-    return Reconstruction(
+    result = Reconstruction(
         ribbon=recording.ribbon,
         method=settings.method,
         calibration=calibration,
@@ -234,25 +245,85 @@ def _reconstruct(
         heading_sigma=fit.heading_sigma,
         passes=passes,
         survey=survey,
-        surface=surface,
+        surface=_surface_of(passes, fit, settings, stages),
         notices=(
             *calibration.notices,
             *left_out,
-            *screened.notices,
+            *_off_notices(heard, capture.off),
+            *_unasked(_screened(heard, calibration, stages), heard, capture.off),
             *fit.notices,
             *notices,
             *map(_survey_notice, outliers),
         ),
     )
+    stages.put("whole", (), Whole(recording, settings, given, fit, capture, result))
+    return result
 
 
-def _check_names(recording: Recording, settings: ReconstructionSettings) -> None:
-    names = [one.name for one in recording.passes]
-    unknown = [name for name in settings.smoothing if name != "*" and name not in names]
-    if unknown:
-        raise SettingsError(
-            f"there is no pass {unknown[0]} to smooth; the passes are {', '.join(names)}"
-        )
+def _heard(recording: Recording, settings: ReconstructionSettings, stages: Stages) -> Recording:
+    """The recording without the readings of sensors that are switched off."""
+    ribbon = recording.ribbon
+    passes = []
+    for one in recording.passes:
+        off = settings.off_in(one.name)
+        silent = tuple(i for i, sensor in enumerate(ribbon.sensors) if sensor.name in off)
+        silenced = partial(_silenced, ribbon, one, silent)
+        passes.append(stages.get(("heard", one.name), (one, silent), silenced))
+    if all(a is b for a, b in zip(passes, recording.passes, strict=True)):
+        return recording
+    return stages.get(
+        "heard", (recording, *passes), lambda: replace(recording, passes=tuple(passes))
+    )
+
+
+def _silenced(ribbon: Ribbon, one: Pass, silent: tuple[int, ...]) -> Pass:
+    """The pass without the readings of some sensors; itself where there are none to silence."""
+    if not silent:
+        return one
+    counts = one.readings.counts.copy()
+    for i in silent:
+        counts[:, ribbon.slices[i]] = np.nan
+    return replace(one, readings=Readings(one.readings.t, counts))
+
+
+def _off(recording: Recording, settings: ReconstructionSettings) -> BoolArray:
+    """(p, sensors) which are switched off."""
+    names = [sensor.name for sensor in recording.ribbon.sensors]
+    off = [settings.off_in(one.name) for one in recording.passes]
+    return np.array([[name in silent for name in names] for silent in off])
+
+
+def _off_notices(recording: Recording, off: BoolArray) -> list[Notice]:
+    """What is switched off, those alike in all passes told once."""
+    sensors = recording.ribbon.sensors
+    everywhere = off.all(axis=0)
+    out = []
+    for name, which in (
+        (None, everywhere),
+        *((one.name, row & ~everywhere) for one, row in zip(recording.passes, off, strict=True)),
+    ):
+        names = [sensor.name for sensor, yes in zip(sensors, which, strict=True) if yes]
+        if names:
+            whose = "all passes" if name is None else f"pass {name}"
+            many = len(names) > 1
+            message = (
+                f"{whose}: sensor{'s' if many else ''} {', '.join(names)} "
+                f"{'are' if many else 'is'} switched off and {'have' if many else 'has'} no say"
+            )
+            out.append(Notice("sensor-off", message, name, None if many else names[0]))
+    return out
+
+
+def _unasked(screened: Screened, recording: Recording, off: BoolArray) -> list[Notice]:
+    """The screening's notices but those of sensors that are switched off."""
+    sensors = recording.ribbon.sensors
+    silent = {
+        (one.name, sensor.name)
+        for one, row in zip(recording.passes, off, strict=True)
+        for sensor, yes in zip(sensors, row, strict=True)
+        if yes
+    }
+    return [one for one in screened.notices if (one.pass_name, one.sensor) not in silent]
 
 
 def _calibration(recording: Recording, given: Calibration | None, stages: Stages) -> Calibration:
@@ -268,10 +339,16 @@ def _calibration(recording: Recording, given: Calibration | None, stages: Stages
     return given
 
 
-def _capture(recording: Recording, calibration: Calibration, stages: Stages) -> Capture:
+def _capture(
+    recording: Recording,
+    calibration: Calibration,
+    settings: ReconstructionSettings,
+    stages: Stages,
+) -> Capture:
     screened = _screened(recording, calibration, stages)
-    of = (recording, calibration)
-    return stages.get("capture", of, lambda: prepare(recording, calibration, screened))
+    off = _off(recording, settings)
+    of = (recording, calibration)  # what is switched off makes another recording
+    return stages.get("capture", of, lambda: prepare(recording, calibration, screened, off))
 
 
 def _screened(recording: Recording, calibration: Calibration, stages: Stages) -> Screened:
@@ -284,9 +361,10 @@ def _screened(recording: Recording, calibration: Calibration, stages: Stages) ->
 def _fit(capture: Capture, settings: ReconstructionSettings, stages: Stages) -> PassesFit:
     if settings.method == "paper":
         return stages.get("paper", (capture,), lambda: fit_paper(capture))
-    chosen = FitSettings(settings.neighbours, settings.smoothing)
+    chosen = FitSettings(settings.neighbours, settings.smoothing, settings.weight)
     candidates = _candidates(capture, chosen, stages)
-    of = (capture, settings.neighbours, *candidates)
+    weights = tuple(settings.weight_of(one.name) for one in capture.recording.passes)
+    of = (capture, settings.neighbours, weights, *candidates)
     return stages.get("ribbon", of, lambda: fit_together(capture, candidates, chosen))
 
 
@@ -312,21 +390,46 @@ def _never() -> Strips:
     raise AssertionError("a stage that was just put is held")
 
 
-def _fitted_pass(capture: Capture, fit: PassesFit, p: int, assessment: Assessment) -> FittedPass:
+def _fitted_pass(
+    capture: Capture,
+    fit: PassesFit,
+    p: int,
+    assessment: Assessment,
+    settings: ReconstructionSettings,
+) -> FittedPass:
     one = capture.recording.passes[p]
     absent = ~(fit.present[p][:, None] & capture.array.axes)
+    curve = Curve(
+        Strip(fit.s, fit.points[p], fit.frames[p]), fit.covariance[p], fit.normal_sigma[p]
+    )
+    left = trimmed(curve, settings.trim_of(one.name))
+    sensors = zip(capture.recording.ribbon.sensors, capture.off[p], strict=True)
     return FittedPass(
         name=one.name,
         kind=one.kind,
-        strip=Strip(fit.s, fit.points[p], fit.frames[p]),
-        covariance=fit.covariance[p],
-        normal_sigma=fit.normal_sigma[p],
+        strip=left.strip,
+        covariance=left.covariance,
+        normal_sigma=left.normal_sigma,
         residuals=np.where(absent, np.nan, fit.residuals[p]),
         residual_rms=assessment.residual_rms,
         smoothing=float(fit.lengths[p]),
         sensors_ignored=assessment.ignored,
         quality=Quality(assessment.verdict, assessment.reason),
+        sensors_off=tuple(sensor.name for sensor, silent in sensors if silent),
     )
+
+
+def _surface_of(
+    passes: tuple[FittedPass, ...],
+    fit: PassesFit,
+    settings: ReconstructionSettings,
+    stages: Stages,
+) -> Surface | None:
+    wanted = settings.surface
+    if wanted is None:
+        return None
+    trims = tuple(settings.trim_of(one.name) for one in passes)
+    return stages.get("surface", (fit, wanted, trims), lambda: _surface(passes, wanted))
 
 
 def _surface(passes: tuple[FittedPass, ...], settings: SurfaceSettings) -> Surface:
@@ -340,12 +443,12 @@ def _surface(passes: tuple[FittedPass, ...], settings: SurfaceSettings) -> Surfa
     )
 
 
-def _survey_residuals(
-    recording: Recording, capture: Capture, fit: PassesFit
+def survey_residuals(
+    recording: Recording, grid: Grid, points: FloatArray, frames: FloatArray
 ) -> tuple[SurveyResidual, ...]:
-    """Every observation's residual on the fitted curves."""
-    empty = np.zeros((*fit.points.shape, 0))
-    placed = Placed(capture.grid, fit.points, fit.frames, empty, empty)
+    """Every observation's residual on curves (p, n + 1, 3) with frames (p, n + 1, 3, 3)."""
+    empty = np.zeros((*points.shape, 0))
+    placed = Placed(grid, points, frames, empty, empty)
     # A crossing's other two residuals are of the normals, not of the place.
     ratios = [
         float(ratio)

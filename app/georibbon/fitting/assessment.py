@@ -147,11 +147,13 @@ def _assess_pass(
 ) -> Assessment:
     """The verdict on one pass: the worst of what is found, each with its reason."""
     present = fit.present[p]
+    asked = ~capture.off[p]
     trusted = present & (size <= IGNORED)
     axes = capture.array.axes.sum(axis=1)
     rms = float(np.sqrt(np.sum(size[trusted] ** 2) / max(axes[trusted].sum(), 1)))
     sensors = capture.recording.ribbon.sensors
-    ignored = tuple(s.name for s, yes in zip(sensors, trusted, strict=True) if not yes)
+    left_out = asked & ~trusted
+    ignored = tuple(s.name for s, yes in zip(sensors, left_out, strict=True) if yes)
     share = len(ignored) / len(sensors)
     astray = present & (size > IGNORED) & ~_disturbed(capture.recording.ribbon, size)
     findings: list[tuple[bool, bool, str]] = [

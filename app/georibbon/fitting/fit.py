@@ -17,6 +17,7 @@ from georibbon.fitting.grid import (
 )
 from georibbon.fitting.joint import (
     JointProblem,
+    Minimum,
     State,
     cost_of,
     descend,
@@ -50,11 +51,13 @@ class FitSettings:
     """neighbours: whether neighbouring passes correct each other.
 
     smoothing: metres, by the pass's name or "*" for all others; a pass without
-    one is smoothed by the evidence.
+    one is smoothed by the evidence.  weight: how many times a pass counts
+    against the others and the survey, likewise; once without one.
     """
 
     neighbours: bool = True
     smoothing: Mapping[str, float] = field(default_factory=dict)
+    weight: Mapping[str, float] = field(default_factory=dict)
 
 
 def fit_alone(capture: Capture, passes: Sequence[int], settings: FitSettings) -> list[Strips]:
@@ -98,6 +101,7 @@ def fit_together(
         ambiguous,
         plan.heading_sigma > FIXED,
         (*noted, *plan.notices, *_ambiguity_notices(capture.recording, ambiguous)),
+        best,
     )
 
 
@@ -134,36 +138,29 @@ def _curves(grid: Grid, strips: Strips, owner: IntArray) -> Curves:
     return Curves(grid.nodes, owner, strips.cost, points, frames)
 
 
-@dataclass(frozen=True, eq=False)
-class _Minimum:
-    """A minimum of the full adjustment."""
-
-    problem: JointProblem
-    state: State
-    cost: float
-
-
 def _adjust(
     capture: Capture, plan: Plan, strips: Strips, placing: Placing, settings: FitSettings
-) -> _Minimum:
+) -> Minimum:
     """The full adjustment from one rigid placing."""
-    problem = _joint_problem(capture, plan, strips, placing)
+    problem = _joint_problem(capture, plan, strips, placing, settings)
     chosen = strips.shape.take(placing.choice)
     start = Shape(about_z(-placing.heading) @ chosen.start, chosen.rates)
     firm = replace(problem, firm=True)
     state = descend(firm, State(start, placing.origins, problem.expected))
     if not settings.neighbours:
         state = descend(problem, state)
-        return _Minimum(problem, state, cost_of(problem, state))
+        return Minimum(problem, state, cost_of(problem, state))
     passes = [k for k, one in enumerate(capture.recording.passes) if one.kind == "pass"]
     for _ in range(NEIGHBOUR_ROUNDS):
         relation = relate(place(problem, state), passes)
         related = problem if relation is None else with_survey(problem, relation)
         state = descend(related, state)
-    return _Minimum(related, state, cost_of(related, state))
+    return Minimum(related, state, cost_of(related, state))
 
 
-def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placing) -> JointProblem:
+def _joint_problem(
+    capture: Capture, plan: Plan, strips: Strips, placing: Placing, settings: FitSettings
+) -> JointProblem:
     survey = plan.survey
     calibration, p = capture.calibration, len(capture.recording.passes)
     n = len(capture.array.field)
@@ -188,10 +185,17 @@ def _joint_problem(capture: Capture, plan: Plan, strips: Strips, placing: Placin
             gauge=max(calibration.gauge_sigma, LEAST_GAUGE_SIGMA),
             offset=OFFSET_SIGMA,
         ),
+        weights=_weights(capture, settings),
     )
 
 
-def _decide(sides: list[list[_Minimum]]) -> tuple[_Minimum, list[_Minimum]]:
+def _weights(capture: Capture, settings: FitSettings) -> FloatArray:
+    """(p,) how many times each pass counts."""
+    every = settings.weight.get("*", 1.0)
+    return np.array([settings.weight.get(one.name, every) for one in capture.recording.passes])
+
+
+def _decide(sides: list[list[Minimum]]) -> tuple[Minimum, list[Minimum]]:
     """The minimum to take, and the others on its side that fit about as well.
 
     The first side is the left: the right is taken only where it clearly fits better.

@@ -59,6 +59,8 @@ class JointProblem:
     expected: the shared unknowns' expected values.  firm: measurements that are
     missed grossly keep pulling (their cost is linear), so that a poor start
     comes home; otherwise they lose their pull, as a slip of the pen must.
+    weights: (p,) or one for all; a pass's own cost, of its readings and its
+    smoothing, counts so many times, as if it had been laid so often.
     """
 
     grid: Grid
@@ -72,6 +74,21 @@ class JointProblem:
     expected: Shared
     sigmas: SharedSigmas
     firm: bool = False
+    weights: FloatArray | float = 1.0
+
+    @property
+    def times(self) -> FloatArray:
+        """(p,) how many times each pass counts."""
+        return np.broadcast_to(self.weights, len(self.smoothing))
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A minimum of a joint problem; cost: to choose between minima by."""
+
+    problem: JointProblem
+    state: State
+    cost: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,12 +200,13 @@ def _linearise(problem: JointProblem, state: State, white: FloatArray, layout: L
     p, m = len(rows), rows.shape[-1]
     matrix = BlockMatrix([m + 3] * p + [layout.size])
     gradient = [np.zeros(m + 3) for _ in range(p)] + [np.zeros(layout.size)]
-    _add_sensors(matrix, gradient, residuals, rows, shared, robust_weights(squares), layout)
+    weights = robust_weights(squares) * problem.times[:, None]
+    _add_sensors(matrix, gradient, residuals, rows, shared, weights, layout)
     _add_priors(matrix, gradient, problem, state, layout)
     for observation, part in zip(problem.survey, survey, strict=True):
         firm = problem.firm and isinstance(observation, Measurement)
         _add_rows(matrix, gradient, part, linear_weights if firm else robust_weights)
-    cost = float(robust_cost(squares).sum()) + _survey_cost(problem, survey)
+    cost = _readings_cost(problem, squares) + _survey_cost(problem, survey)
     cost += _prior_cost(problem, state, layout)
     return _Linear(matrix, gradient, cost, residuals, squares, placed, survey)
 
@@ -233,7 +251,7 @@ def _add_priors(
     layout: Layout,
 ) -> None:
     p = len(state.origin)
-    penalty = prior(problem.grid, problem.smoothing)
+    penalty = prior(problem.grid, problem.times * problem.smoothing)
     m = penalty.shape[1]
     rates = state.shape.rates.reshape(p, -1)
     for k in range(p):
@@ -252,11 +270,15 @@ def _shared_departure(problem: JointProblem, state: State, layout: Layout) -> Fl
 
 
 def _prior_cost(problem: JointProblem, state: State, layout: Layout) -> float:
-    rough = roughness_cost(problem.grid, state.shape, problem.smoothing)
+    rough = roughness_cost(problem.grid, state.shape, problem.times * problem.smoothing)
     away = np.sum((state.origin - problem.anchors) ** 2, axis=1) / problem.anchor_sigma**2
     departure = _shared_departure(problem, state, layout)
     shared = departure @ layout.precision(problem.sigmas) @ departure
     return float(rough.sum() + away.sum() + shared)
+
+
+def _readings_cost(problem: JointProblem, squares: FloatArray) -> float:
+    return float((problem.times[:, None] * robust_cost(squares)).sum())
 
 
 def _survey_cost(problem: JointProblem, rows: list[Rows]) -> float:
@@ -314,7 +336,7 @@ def _cost(problem: JointProblem, state: State, white: FloatArray, layout: Layout
     placed = Placed(problem.grid, points, frames, empty, empty)
     rows = [observation.rows(placed) for observation in problem.survey]
     squares = np.sum(_sensor_residuals(problem, state, frames, white) ** 2, axis=-1)
-    cost = float(robust_cost(squares).sum()) + _survey_cost(problem, rows)
+    cost = _readings_cost(problem, squares) + _survey_cost(problem, rows)
     return cost + _prior_cost(problem, state, layout)
 
 
@@ -351,7 +373,11 @@ def cost_of(problem: JointProblem, state: State) -> float:
     """
     white = whiten_all(problem, state)
     cost = _cost(replace(problem, firm=True), state, white, Layout(problem.array))
-    return cost + float(log_determinants(white).sum())
+    return cost + _volume_cost(problem, white)
+
+
+def _volume_cost(problem: JointProblem, white: FloatArray) -> float:
+    return float((problem.times * log_determinants(white)).sum())
 
 
 def evaluate(problem: JointProblem, state: State) -> Adjustment:
@@ -364,7 +390,7 @@ def evaluate(problem: JointProblem, state: State) -> Adjustment:
     return Adjustment(
         state=state,
         placed=linear.placed,
-        cost=linear.cost + float(log_determinants(white).sum()),
+        cost=linear.cost + _volume_cost(problem, white),
         covariance=[covariance[k, k] for k in range(p)],
         residuals=linear.residuals,
         squares=linear.squares,
@@ -382,6 +408,24 @@ def information(problem: JointProblem, state: State) -> tuple[BlockMatrix, Place
     """
     linear = _linearise(problem, state, whiten_all(problem, state), Layout(problem.array))
     return linear.matrix, linear.placed
+
+
+def equations(problem: JointProblem, state: State) -> tuple[BlockMatrix, list[FloatArray]]:
+    """The normal matrix and the gradient at a state, in the blocks of `information`."""
+    linear = _linearise(problem, state, whiten_all(problem, state), Layout(problem.array))
+    return linear.matrix, linear.gradient
+
+
+def moved(problem: JointProblem, state: State, step: list[FloatArray]) -> State:
+    """The state after a step of all unknowns, in the blocks of `information`."""
+    return _moved(state, step, Layout(problem.array))
+
+
+def residuals_at(problem: JointProblem, state: State, frames: FloatArray) -> FloatArray:
+    """(p, n, 3) normalised residuals of the readings; frames: (p, nodes, 3, 3) of the state."""
+    _, directions, raw = _predict(problem, state, frames)
+    white = whitening(problem.array, problem.observations, problem.noise, directions)
+    return np.asarray((white @ raw[..., None])[..., 0])
 
 
 def with_survey(problem: JointProblem, *more: Observation) -> JointProblem:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray
-from georibbon.fitting.joint import Adjustment
+from georibbon.fitting.joint import Adjustment, Minimum
 from georibbon.fitting.survey import Placed
 from georibbon.notices import Notice
 
@@ -20,7 +20,8 @@ class PassesFit:
     sensor was used in the pass.  lengths: (p,) smoothing, metres, 0 for none.
     ambiguous: (p,) passes of which another shape fits as well.  heading:
     radians, of the workpiece against magnetic axes; heading_sigma: None where
-    it is taken, not found.
+    it is taken, not found.  minimum: the joint adjustment's, from which others
+    nearby are found; None where there was none.
     """
 
     s: FloatArray
@@ -35,6 +36,7 @@ class PassesFit:
     heading: float
     heading_sigma: float | None
     notices: tuple[Notice, ...]
+    minimum: Minimum | None = None
 
 
 def position_covariance(placed: Placed, covariance: list[FloatArray]) -> FloatArray:
@@ -67,6 +69,7 @@ def of_adjustment(
     ambiguous: tuple[bool, ...],
     found: bool,
     notices: tuple[Notice, ...],
+    minimum: Minimum | None = None,
 ) -> PassesFit:
     """The result of the joint adjustment; `found`: whether the heading is, or was taken."""
     placed = adjustment.placed
@@ -83,4 +86,5 @@ def of_adjustment(
         heading=adjustment.state.shared.heading,
         heading_sigma=adjustment.heading_sigma if found else None,
         notices=notices,
+        minimum=minimum,
     )
