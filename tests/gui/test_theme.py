@@ -3,9 +3,25 @@
 from itertools import combinations
 
 import pytest
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QPlainTextEdit,
+    QPushButton,
+    QRadioButton,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
 
+from georibbon.gui.style import FramedStyle
 from georibbon.gui.theme import COLOURS, THEMES, apply_theme, contrast, palette, theme_of
 from georibbon.scene.colours import DARK, WHITE
 
@@ -20,10 +36,11 @@ def hexadecimal(colour):
 @pytest.fixture
 def app(qapp):
     """The application, with the colours it had given back."""
-    style, before = qapp.style().name(), qapp.palette()
+    before = qapp.palette()
     yield qapp
-    qapp.setStyle(style)
+    qapp.setStyle("Fusion")
     qapp.setPalette(before)
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def test_the_measure_of_contrast():
@@ -37,9 +54,11 @@ def test_words_stand_out_from_every_ground(theme):
     of = COLOURS[theme]
     for ground in (of.window, of.base, of.other, of.button):
         assert contrast(of.words, ground) >= 7
-    for ground in (of.window, of.base, of.other):
-        for words in (of.dim, of.link, of.good, of.fair, of.poor):
+        for words in (of.link, of.good, of.fair, of.poor):
             assert contrast(words, ground) >= WORDS, (words, ground)
+    for ground in (of.window, of.base, of.other):
+        assert contrast(of.dim, ground) >= WORDS, ground
+    assert contrast(of.dim, of.button) >= SIGNS  # of what is not to be had now alone
     assert contrast(of.on_chosen, of.chosen) >= WORDS
 
 
@@ -47,8 +66,9 @@ def test_words_stand_out_from_every_ground(theme):
 def test_signs_stand_out(theme):
     of = COLOURS[theme]
     for ground in (of.window, of.base):
-        for sign in (of.frame, *of.curves):
+        for sign in (of.frame, of.link, *of.curves):
             assert contrast(sign, ground) >= SIGNS, (sign, ground)
+    assert contrast(of.link, of.button) >= SIGNS  # the frame of a button where the keys are
     assert contrast(of.chosen, of.base) >= SIGNS
 
 
@@ -93,7 +113,7 @@ def test_applied_it_reaches_windows_that_are_there(app, qtbot, theme):
         with qtbot.waitExposed(widget):
             widget.show()
     apply_theme(app, theme)
-    assert app.style().name() == "fusion"
+    assert isinstance(app.style(), FramedStyle)
     words = COLOURS[theme].words
     qtbot.waitUntil(lambda: label.palette().color(ROLES.WindowText).name() == words)
     assert button.palette().color(ROLES.Button).name() == COLOURS[theme].button
@@ -102,9 +122,102 @@ def test_applied_it_reaches_windows_that_are_there(app, qtbot, theme):
     assert corner.name() == COLOURS[theme].window
 
 
+FRAMED = {
+    "box": lambda: QCheckBox(""),
+    "ticked box": lambda: _checked(QCheckBox("")),
+    "round box": lambda: QRadioButton(""),
+    "choice": QComboBox,
+    "number": QDoubleSpinBox,
+    "line": QLineEdit,
+    "text": QPlainTextEdit,
+    "list": QListWidget,
+    "button": lambda: QPushButton("Do"),
+    "slider": lambda: QSlider(Qt.Orientation.Horizontal),
+}
+
+
+def _checked(box):
+    box.setChecked(True)
+    return box
+
+
+def strongest(widget, ground):
+    """By how much the sign that stands out most from a ground does so."""
+    image = widget.grab().toImage()
+    seen = {
+        image.pixelColor(x, y).name() for x in range(image.width()) for y in range(image.height())
+    }
+    return max(contrast(colour, ground) for colour in seen)
+
+
+def frame_of(widget):
+    """The colours along the widget's edge, in its middle row from the left, within 12 px."""
+    image = widget.grab().toImage()
+    row = image.height() // 2
+    return [image.pixelColor(x, row).name() for x in range(min(12, image.width()))]
+
+
+@pytest.fixture
+def beside(qtbot):
+    """Puts widgets into a window that has the keys."""
+    windows = []
+
+    def put(*widgets):
+        window = QWidget()
+        windows.append(window)
+        qtbot.addWidget(window)
+        layout = QVBoxLayout(window)
+        for widget in widgets:
+            layout.addWidget(widget)
+        with qtbot.waitActive(window):
+            window.show()
+            window.activateWindow()
+        return widgets
+
+    return put
+
+
+@pytest.mark.parametrize("name", FRAMED)
+@pytest.mark.parametrize("theme", THEMES)
+def test_frames_stand_out_from_the_window(app, beside, theme, name):
+    apply_theme(app, theme)
+    widget, other = beside(FRAMED[name](), QPushButton("Other"))
+    other.setFocus()
+    of = COLOURS[theme]
+    if name == "slider":  # its handle is somewhere in it
+        assert strongest(widget, of.window) >= SIGNS
+        return
+    edge = frame_of(widget)
+    assert max(contrast(colour, of.window) for colour in edge[:6]) >= SIGNS, edge
+    if name not in ("choice", "button", "ticked box"):  # told apart from what is in it too
+        assert of.base in edge
+        assert max(contrast(colour, of.base) for colour in edge) >= SIGNS, edge
+
+
+@pytest.mark.parametrize("name", FRAMED)
+@pytest.mark.parametrize("theme", THEMES)
+def test_where_the_keys_are_is_seen(app, beside, qtbot, theme, name):
+    apply_theme(app, theme)
+    widget, other = beside(FRAMED[name](), QPushButton("Other"))
+    other.setFocus()
+    before = widget.grab().toImage()
+    widget.setFocus(Qt.FocusReason.TabFocusReason)
+    qtbot.waitUntil(widget.hasFocus)
+    after = widget.grab().toImage()
+    link = COLOURS[theme].link
+    seen = {
+        after.pixelColor(x, y).name()
+        for x in range(after.width()) for y in range(after.height())
+        if after.pixel(x, y) != before.pixel(x, y)
+    }  # fmt: skip
+    assert link in seen
+
+
 def test_there_and_back(app):
     apply_theme(app, "dark")
+    style = app.style()
     apply_theme(app, "light")
+    assert app.style() is style
     assert theme_of(QApplication.palette()) == "light"
 
 

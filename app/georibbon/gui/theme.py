@@ -50,7 +50,7 @@ COLOURS: dict[Theme, Colours] = {
         button="#e6e9ed",
         words="#1b1f24",
         dim="#687079",
-        frame="#858d96",
+        frame="#787f88",
         chosen="#1f63b5",
         on_chosen="#ffffff",
         link="#1a5fb4",
@@ -81,7 +81,7 @@ COLOURS: dict[Theme, Colours] = {
         link="#7db4f5",
         good="#6fcf8e",
         fair="#e3b34a",
-        poor="#ff8a80",
+        poor="#ff9187",
         curves=(
             "#6fb1ff",
             "#ff9f5c",
@@ -100,8 +100,10 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     """Give all windows, present and to come, a theme's colours."""
     if theme not in THEMES:
         raise ValueError(f"there is no theme {theme}")
-    if app.style().name() != "fusion":
-        app.setStyle("Fusion")
+    from georibbon.gui.style import FramedStyle
+
+    if not isinstance(app.style(), FramedStyle):
+        app.setStyle(FramedStyle())
     app.setPalette(palette(theme))
 
 
