@@ -17,7 +17,7 @@ from georibbon.calibration.accelerometers import FLOOR as GRAVITY_FLOOR
 from georibbon.calibration.magnetometers import FLOOR as FIELD_FLOOR
 from georibbon.calibration.magnetometers import field, field_level, levelled
 from georibbon.calibration.model import Calibration
-from georibbon.calibration.plans import AskedPose
+from georibbon.calibration.plans import PLANS, AskedPose
 from georibbon.calibration.poses import Attitudes, Block, attitudes, block, require_columns
 from georibbon.calibration.separable import cell_residuals, robust_weights
 from georibbon.calibration.serial import check_fits
@@ -30,13 +30,9 @@ from georibbon.stillness import still_means, without_railed
 
 CheckVerdict = Literal["good", "usable", "calibrate"]
 
-# Flat, on an edge, and tilted, at three headings.
-CHECK_POSES: tuple[AskedPose, ...] = (
-    (0.0, 0.0, 0.0, True),
-    (90.0, 90.0, 0.0, True),
-    (0.0, 180.0, 40.0, False),
-)
-"""The poses of the daily check: roll, heading, pitch in degrees, and whether on the table."""
+CHECK_PLAN, CHECK_NUMBERS = 20, (1, 5, 14)
+CHECK_POSES: tuple[AskedPose, ...] = tuple(PLANS[CHECK_PLAN][number - 1] for number in CHECK_NUMBERS)
+"""The poses of the daily check: flat, on an edge, and tilted, of the plan of 20 poses."""
 
 GOOD, USABLE = 0.5, 1.0  # degrees
 NORM_WITHIN = 0.02
@@ -197,7 +193,7 @@ def _require_apart(up: FloatArray, asked: Attitudes) -> None:
 
 def _field_of(frames: FloatArray, q: FloatArray) -> FloatArray:
     """(p, 3) the field in the bar's frame for q = headings, dip, strength."""
-    return q[-1] * field(frames, q[:-2], q[-2])
+    return np.asarray(q[-1] * field(frames, q[:-2], q[-2]))
 
 
 def _field(group: _Group, frames: FloatArray, dip: float) -> FloatArray:
