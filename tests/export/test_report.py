@@ -230,8 +230,8 @@ def test_the_same_result_gives_the_same_json(tmp_path):
 
 
 def test_another_ending_is_refused(tmp_path):
-    with pytest.raises(ExportError, match=r"\.json or \.html"):
-        write_report(RESULT, tmp_path / "report.pdf", source="bonnet", unit="mm")
+    with pytest.raises(ExportError, match=r"\.json or \.html or \.pdf"):
+        write_report(RESULT, tmp_path / "report.txt", source="bonnet", unit="mm")
     assert list(tmp_path.iterdir()) == []
 
 

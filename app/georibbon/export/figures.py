@@ -1,12 +1,12 @@
 """The report's drawings: plan and profiles of the passes, residuals by sensor.
 
 Drawn on figures of their own, never through the plotting library's global state,
-and returned as SVG that is the same for the same result.
+and returned as SVG or PNG that is the same for the same result.
 """
 
 import io
 from itertools import cycle
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -19,6 +19,8 @@ from georibbon.reconstruction import FittedPass, Reconstruction
 from georibbon.ribbon import SensorKind
 from georibbon.scene.colours import quantity_table, round_range
 from georibbon.scene.labels import short_name
+
+Form = Literal["svg", "png"]
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "georibbon",
@@ -45,28 +47,29 @@ _ONE_OF_MANY: dict[str, Any] = {
     "rasterized": True,
 }
 _RESIDUAL_LIMIT = 4.0
+_DOTS_PER_INCH = 200
 _PAGE_WIDTH = 7.3  # inches between the margins of an A4 page
 
 
-def plan_figure(reconstruction: Reconstruction) -> bytes:
-    """The passes seen from above, coloured by their uncertainty, as SVG."""
+def plan_figure(reconstruction: Reconstruction, form: Form = "svg") -> bytes:
+    """The passes seen from above, coloured by their uncertainty."""
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(_PAGE_WIDTH, 3.4), layout="constrained")
         _draw_plan(figure, figure.subplots(), reconstruction.passes)
-        return _svg(figure)
+        return _drawn(figure, form)
 
 
-def profiles_figure(reconstruction: Reconstruction) -> bytes:
-    """Height and uncertainty along each pass, as SVG."""
+def profiles_figure(reconstruction: Reconstruction, form: Form = "svg") -> bytes:
+    """Height and uncertainty along each pass."""
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(_PAGE_WIDTH, 4.0), layout="constrained")
         profile, uncertainty = figure.subplots(2, 1, sharex=True)
         _draw_profiles(profile, uncertainty, reconstruction.passes)
-        return _svg(figure)
+        return _drawn(figure, form)
 
 
-def residuals_figure(reconstruction: Reconstruction) -> bytes:
-    """Every residual of every sensor axis on every pass, one panel a kind, as SVG."""
+def residuals_figure(reconstruction: Reconstruction, form: Form = "svg") -> bytes:
+    """Every residual of every sensor axis on every pass, one panel a kind."""
     rows = len(reconstruction.passes)
     with mpl.rc_context({**_STYLE, "axes.grid": False}):
         panel = 0.5 + min(0.24 * rows, 4.0)
@@ -77,7 +80,7 @@ def residuals_figure(reconstruction: Reconstruction) -> bytes:
             image = _draw_residuals(axis, reconstruction, kind)
         bar = figure.colorbar(image, ax=list(axes), extend="both", aspect=30, pad=0.01)
         bar.set_label("residual / its standard deviation")
-        return _svg(figure)
+        return _drawn(figure, form)
 
 
 def name_label(name: str) -> str:
@@ -199,7 +202,9 @@ def _name_axes(
         spine.set_visible(False)
 
 
-def _svg(figure: Figure) -> bytes:
+def _drawn(figure: Figure, form: Form) -> bytes:
     target = io.BytesIO()
-    figure.savefig(target, format="svg", metadata={"Date": None}, dpi=200)
+    # Neither the time nor the library's version: the same result gives the same bytes.
+    metadata = {"Date": None} if form == "svg" else {"Software": None}
+    figure.savefig(target, format=form, metadata=metadata, dpi=_DOTS_PER_INCH)
     return target.getvalue()

@@ -7,7 +7,7 @@ from georibbon.session.files import built_file, kind_of
 
 SURFACE_ENDINGS = (".stl", ".obj", ".ply")
 CURVES_ENDINGS = (".csv",)
-REPORT_ENDINGS = (".json", ".html")
+REPORT_ENDINGS = (".json", ".html", ".pdf")
 PICTURE_ENDINGS = (".png",)
 
 

@@ -19,8 +19,9 @@ from georibbon.export.files import SURFACE_ENDINGS, require_ending, write_whole
 from georibbon.geometry import frames
 from georibbon.geometry.mesh import Mesh, facets
 
-Unit = Literal["mm", "m"]
-_PER_METRE = {"mm": 1000.0, "m": 1.0}
+Unit = Literal["mm", "cm", "m", "in"]
+UNITS: tuple[Unit, ...] = ("mm", "cm", "m", "in")
+_PER_METRE = {"mm": 1000.0, "cm": 100.0, "m": 1.0, "in": 1 / 0.0254}
 _STL_HEADER_BYTES = 80
 _CREASE = 0.5  # the cosine of 60 degrees between a triangle's normal and its vertices'
 

@@ -1,4 +1,4 @@
-"""The report: as JSON for programs, as one HTML page that is filed with the part."""
+"""The report: as JSON for programs, as an HTML page or a PDF that is filed with the part."""
 
 import base64
 import hashlib
@@ -6,11 +6,12 @@ import json
 import os
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
 
 from georibbon.export.files import REPORT_ENDINGS, require_ending, write_whole
 from georibbon.export.summary import report_data
+from georibbon.export.words import METHOD_WORDS, SIGNS, check_rows, date_words, number, page_title
 from georibbon.reconstruction import Reconstruction
 from georibbon.resources import resource
 
@@ -29,20 +30,25 @@ def write_report(
     title: str | None = None,
     created: datetime | None = None,
 ) -> None:
-    """Write the report; the format comes from the path's ending, .json or .html.
+    """Write the report; the format comes from the path's ending, .json, .html or .pdf.
 
     source, unit, files: as `report_data` has them.  title and created are for
-    the page alone: its heading (the source's name where None) and its date (now
-    where None).  The same result gives the same JSON.  Raises ExportError for
-    another ending or a place that cannot be written.
+    the pages alone: their heading (the source's name where None) and their date
+    (now where None).  The same result gives the same bytes, but for the date.
+    Raises ExportError for another ending or a place that cannot be written.
     """
     ending = require_ending(path, REPORT_ENDINGS, "a report")
     data = report_data(reconstruction, source=source, unit=unit, files=files)
     if ending == ".json":
         text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        write_whole(path, text.encode("utf-8"))
+    elif ending == ".pdf":
+        from georibbon.export.pdf import report_pdf
+
+        write_whole(path, report_pdf(reconstruction, data, title=title, created=created))
     else:
-        text = report_html(reconstruction, data, title=title, created=created)
-    write_whole(path, text.encode("utf-8"))
+        page = report_html(reconstruction, data, title=title, created=created)
+        write_whole(path, page.encode("utf-8"))
 
 
 def report_html(
@@ -74,14 +80,16 @@ def report_html(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page.filters["number"] = _number
+    page.filters["number"] = number
     return page.get_template("report.html").render(
         data,
-        title=_title(data["source"], title),
-        created=(created or datetime.now()).astimezone().isoformat(" ", "minutes"),
+        title=page_title(data["source"], title),
+        created=date_words(created),
         style=Markup(style),  # noqa: S704  our own file, not a person's text
         style_hash=base64.b64encode(hashlib.sha256(style.encode("utf-8")).digest()).decode(),
-        checks=_check_rows(data["surface"]["checks"]) if data["surface"] else [],
+        method_words=METHOD_WORDS[data["method"]],
+        signs=SIGNS,
+        checks=check_rows(data["surface"]["checks"]) if data["surface"] else [],
         scene=_embedded(picture(reconstruction, _PICTURE_SIZE), "image/png"),
         plan=_embedded(figures.plan_figure(reconstruction), "image/svg+xml"),
         profiles=_embedded(figures.profiles_figure(reconstruction), "image/svg+xml"),
@@ -89,50 +97,6 @@ def report_html(
     )
 
 
-def _title(source: str, title: str | None) -> str:
-    return title or PurePath(source).name or source
-
-
 def _embedded(data: bytes, kind: str) -> str:
     """A file as a data URI."""
     return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
-
-
-def _number(value: float | None, digits: int) -> str:
-    """A number as a person reads it; a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}f}"
-
-
-def _check_rows(checks: list[dict[str, Any]]) -> list[dict[str, str]]:
-    """The checks as a person reads them: each that is amiss, then one line a kind that passes."""
-    rows = [{**check, "found": _found([check])} for check in checks if check["verdict"] != "pass"]
-    passed: dict[str, list[dict[str, Any]]] = {}
-    for check in checks:
-        if check["verdict"] == "pass":
-            passed.setdefault(check["code"], []).append(check)
-    for code, same in passed.items():
-        places = [check["where"] for check in same]
-        rows.append(
-            {
-                "code": code,
-                "where": places[0] if len(same) == 1 else f"{places[0]} to {places[-1]}",
-                "verdict": "pass",
-                "found": _found(same),
-                "message": same[0]["message"] if len(same) == 1 else f"passes in all {len(same)}",
-            }
-        )
-    return rows
-
-
-def _found(checks: list[dict[str, Any]]) -> str:
-    """What checks of one kind found: a value, or the least and the greatest, with the unit."""
-    values = [check["value"] for check in checks if check["value"] is not None]
-    if not values:
-        return "–"
-    least, greatest, unit = _short(min(values)), _short(max(values)), checks[0]["unit"]
-    return f"{least if least == greatest else f'{least} to {greatest}'} {unit}".strip()
-
-
-def _short(value: float) -> str:
-    """A number to three digits; what would be less than a thousandth is 0."""
-    return f"{value:.3g}" if abs(value) >= 5e-4 else "0"
