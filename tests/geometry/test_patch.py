@@ -6,23 +6,20 @@ import numpy as np
 import pytest
 
 from georibbon.geometry.correspondence import arrange
+from georibbon.geometry.directions import safe_directions
 from georibbon.geometry.frames import Strip, arc_angles, frames_from, unit
 from georibbon.geometry.patch import (
     Patches,
     PatchGrid,
     PatchSet,
-    Rails,
-    arc_lengths,
     basis,
-    control_of,
-    interpolant,
     patch_grid,
     patches_at,
     patches_between,
-    safe_directions,
-    sampled,
 )
+from georibbon.geometry.rails import Rails, interpolant, sampled
 from georibbon.geometry.reference import Bonnet, Cone, Torus
+from georibbon.geometry.scheme import arc_lengths, control_of
 from passes import passes, plane_passes, sphere_passes
 
 V = np.linspace(0.0, 1.0, 21)

@@ -17,7 +17,9 @@ from georibbon.geometry.correspondence import PairMatch
 from georibbon.geometry.crossings import crossing_triangles
 from georibbon.geometry.frames import arc_angles
 from georibbon.geometry.mesh import Mesh, grid_mesh
-from georibbon.geometry.patch import Patches, PatchGrid, PatchSet, sampled
+from georibbon.geometry.patch import Patches, PatchGrid, PatchSet
+from georibbon.geometry.rails import sampled
+from georibbon.geometry.scheme import Found
 
 Verdict = Literal["pass", "warn", "fail"]
 
@@ -31,6 +33,7 @@ SKEW_LIMIT = 0.8
 TURN_LIMIT = 60.0
 GAP_LIMIT = 2.0
 OVERLAP_LIMIT = 0.5
+UNSETTLED_LIMIT = 0.01
 CROSSING_ROWS = 25
 CROSSING_STEP = 2
 
@@ -75,7 +78,7 @@ def all_checks(
     found = [
         heading_drift(spline, ends, sigma, name)
         for spline, ends, sigma, name in zip(
-            model.splines, model.match.ends, expected, names, strict=True
+            model.splines, ends_of(model), expected, names, strict=True
         )
     ]
     found += [
@@ -87,8 +90,16 @@ def all_checks(
         found += [test(grid, i, pair) for i, pair in enumerate(pairs)]
     for measure in (pinch, skew, normal_turn, gap):
         found += [measure(patches, i, pair) for i, pair in enumerate(pairs)]
-    found += [overlap(match, pair) for match, pair in zip(model.match.matches, pairs, strict=True)]
+    if model.match.rule in {"foot-cover", "foot-trim"}:
+        found += [overlap(one, pair) for one, pair in zip(model.match.matches, pairs, strict=True)]
+    if model.scheme.found is not None:
+        found += [tangent_lengths(model.scheme.found, i, pair) for i, pair in enumerate(pairs)]
     return (*found, self_crossing(grid, pairs))
+
+
+def ends_of(model: PatchSet) -> list[FloatArray]:
+    """(2,) metres, the first and last place of every pass, matched or not."""
+    return [strip.s[[0, -1]] for strip in model.arrangement.strips]
 
 
 def pair_name(a: str, b: str) -> str:
@@ -270,6 +281,23 @@ def overlap(match: PairMatch, pair: str) -> Check:
             "matched: check their order and places, or lay them side by side"
         )
     return Check("overlap", "warn", match.overlap, "", pair, message)
+
+
+def tangent_lengths(found: Found, i: int, pair: str) -> Check:
+    """At what share of a patch's lines the criterion chosen found no proper minimum."""
+    unsettled, bounded = float(found.unsettled[i]), float(found.bounded[i])
+    value = 100.0 * max(unsettled, bounded)
+    verdict = graded(value, 100.0 * UNSETTLED_LIMIT, np.inf)
+    what = "tangent lengths" if found.logs is not None else "directions"
+    message = f"the {what} between {pair} minimise the criterion chosen"
+    if value > 0.0:
+        message += (
+            f"; {100.0 * unsettled:.0f} % did not settle and {100.0 * bounded:.0f} % lie at the "
+            "bounds"
+        )
+    if verdict != "pass":
+        message += ": choose those of an arc"
+    return Check("tangent-lengths", verdict, value, "%", pair, message)
 
 
 def self_crossing(grid: PatchGrid, pairs: Sequence[str]) -> Check:

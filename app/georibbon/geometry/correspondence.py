@@ -6,12 +6,14 @@ feet, symmetrically:
     (X_b(t) - X_a(s)) . (tau_a(s) + tau_b(t)) = 0
 
 Beyond the stretch where the strips overlap, the match is bent so that both
-strips are covered to their ends.  Over many passes the matches are chained
-outward from the middle pass, so that all patches share one parameter.
+strips are covered to their ends, or both are cut there.  In the place of feet,
+equal arc lengths from the beginning or equal fractions of the lengths can be
+matched.  Over many passes the matches are chained outward from the middle
+pass, so that all patches share one parameter.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -20,7 +22,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from georibbon.arrays import BoolArray, FloatArray
+from georibbon.errors import SurfaceError
 from georibbon.geometry.frames import Strip, unit
+from georibbon.geometry.settings import CorrespondenceRule
 
 IndexArray = NDArray[np.intp]
 
@@ -120,10 +124,11 @@ def feet(a: Strip, b: Strip, at: FloatArray) -> tuple[FloatArray, BoolArray]:
 class PairMatch:
     """The places of two neighbouring strips that lie across from each other.
 
-    a, b: (m,) metres, both strictly ascending from end to end of either strip.
-    overlap: the share of the shorter strip that truly has a foot on the other.
-    by_feet: False where feet gave no one-to-one match and equal fractions of
-    the lengths were matched instead.
+    a, b: (m,) metres, both strictly ascending, from end to end of either strip
+    unless both are cut to where they overlap.
+    overlap: the share of the shorter strip that truly has a foot on the other,
+    or that is matched.  by_feet: False where feet were asked for, gave no
+    one-to-one match, and equal fractions of the lengths were matched instead.
     """
 
     a: FloatArray
@@ -142,8 +147,18 @@ class PairMatch:
         return ascending(self.b, self.a)
 
 
-def match_pair(a: Strip, b: Strip) -> PairMatch:
-    """Match two strips that run the same way, by feet, covering both to their ends."""
+def match_pair(a: Strip, b: Strip, rule: CorrespondenceRule = "foot-cover") -> PairMatch:
+    """Match two strips that run the same way."""
+    if rule == "fraction":
+        return PairMatch(a.s[[0, -1]], b.s[[0, -1]], 1.0, True)
+    if rule == "arc-length":
+        common = np.array([0.0, min(a.s[-1] - a.s[0], b.s[-1] - b.s[0])])
+        return PairMatch(a.s[0] + common, b.s[0] + common, 1.0, True)
+    return match_by_feet(a, b, rule == "foot-cover")
+
+
+def match_by_feet(a: Strip, b: Strip, cover: bool) -> PairMatch:
+    """Match two strips by feet, covering both to their ends or cutting both to their overlap."""
     core = matched_core(a, b)
     if core is None:
         return PairMatch(a.s[[0, -1]], b.s[[0, -1]], 0.0, False)
@@ -153,6 +168,8 @@ def match_pair(a: Strip, b: Strip) -> PairMatch:
     if overlap < LEAST_OVERLAP or (np.diff(on_a) <= 0.0).any() or (np.diff(on_b) <= 0.0).any():
         return PairMatch(a.s[[0, -1]], b.s[[0, -1]], float(max(overlap, 0.0)), False)
     on_a, on_b = refined(on_a, on_b)
+    if not cover:
+        return PairMatch(on_a, on_b, float(overlap), True)
     along = 0.5 * (on_a + on_b)
     covered_a = covering(along, on_a, a.s[0], a.s[-1])
     covered_b = covering(along, on_b, b.s[0], b.s[-1])
@@ -211,13 +228,15 @@ def absorbed(leftover: float, x: FloatArray, half: float) -> FloatArray:
 class Correspondence:
     """One parameter for all strips: the arc length u of the middle one.
 
-    ends: (2,) metres, the first and last place of each strip, in order across.
-    matches: one for each pair of neighbours.  middle: which strip gives u.
+    ends: (2,) metres, the first and last matched place of each strip, in order
+    across.  matches: one for each pair of neighbours.  middle: which strip
+    gives u.  rule: how they were matched.
     """
 
     ends: tuple[FloatArray, ...]
     matches: tuple[PairMatch, ...]
     middle: int
+    rule: CorrespondenceRule = "foot-cover"
 
     def __call__(self, u: FloatArray) -> FloatArray:
         """(p, k) metres along each of the p strips at the parameters u (k,)."""
@@ -248,11 +267,49 @@ def ascends(spline: CubicSpline) -> bool:
     return bool((3.0 * a * places**2 + 2.0 * b * places + c > 0.0).all())
 
 
-def correspond(strips: Sequence[Strip]) -> Correspondence:
-    """Match all neighbours among strips that are in order across and run the same way."""
-    matches = tuple(match_pair(a, b) for a, b in pairwise(strips))
+def correspond(strips: Sequence[Strip], rule: CorrespondenceRule = "foot-cover") -> Correspondence:
+    """Match all neighbours among strips that are in order across and run the same way.
+
+    Raises SurfaceError where strips cut to where they overlap have nothing in common.
+    """
+    matches = tuple(match_pair(a, b, rule) for a, b in pairwise(strips))
     ends = tuple(strip.s[[0, -1]] for strip in strips)
-    return Correspondence(ends, matches, (len(strips) - 1) // 2)
+    whole = Correspondence(ends, matches, (len(strips) - 1) // 2, rule)
+    return whole if rule in {"foot-cover", "fraction"} else cut_to_common(whole)
+
+
+def cut_to_common(whole: Correspondence) -> Correspondence:
+    """The correspondence over the parameters at which every strip is matched.
+
+    The interval that all matches so far have in common is carried outward from
+    the middle strip, cut at every match, and its ends are carried back.
+    """
+    middle, last = whole.middle, len(whole.matches)
+    low, high = whole.ends[middle]
+    for outward in (range(middle, last), range(middle - 1, -1, -1)):
+        way = [
+            (one.a, one.forward, one.b, one.backward)
+            if i >= middle
+            else (one.b, one.backward, one.a, one.forward)
+            for i, one in ((i, whole.matches[i]) for i in outward)
+        ]
+        reached = whole.ends[middle]
+        for here, onward, _, _ in way:
+            reached = onward(np.clip(reached, here[0], here[-1]))
+        for _, _, there, back in reversed(way):
+            reached = back(np.clip(reached, there[0], there[-1]))
+        low, high = max(low, reached[0]), min(high, reached[1])
+    length = whole.ends[middle][1] - whole.ends[middle][0]
+    if high - low < LEAST_OVERLAP * length:
+        raise SurfaceError(
+            f"cut to where they overlap, the passes have {1e3 * max(high - low, 0.0):.0f} mm in "
+            f"common, at least a tenth of a pass, {1e2 * length:.0f} mm, is needed: cover them to "
+            "their ends, or start neighbouring passes level with each other"
+        )
+    span = np.array([low, high])
+    places = whole(span)
+    places[middle] = span
+    return replace(whole, ends=tuple(places))
 
 
 @dataclass(frozen=True, eq=False)

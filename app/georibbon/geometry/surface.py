@@ -6,22 +6,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
-from georibbon.errors import SettingsError, SurfaceError
+from georibbon.errors import SurfaceError
 from georibbon.geometry.checks import Check, all_checks
 from georibbon.geometry.correspondence import aligned, arrange
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
 from georibbon.geometry.patch import (
-    PINCHED,
     Patches,
     PatchGrid,
     PatchSet,
     basis,
-    interpolant,
+    natural_parameters,
     patch_grid,
     patches_at,
     patches_between,
+    schemed,
 )
+from georibbon.geometry.rails import PINCHED, interpolant
+from georibbon.geometry.settings import SurfaceSettings
 
 __all__ = ["Check", "Surface", "SurfaceSettings", "build_surface", "rebuilt"]
 
@@ -36,43 +38,16 @@ STRETCH_SHARE = 0.35
 TWIST_SHARE = 0.2
 
 
-LEAST_TOLERANCE = 1e-8  # m; finer than single precision tells in a file
-LEAST_THICKNESS = 1e-5  # m; below it both sides fall together in a file
-
-
-@dataclass(frozen=True)
-class SurfaceSettings:
-    """How the surface is made into triangles.
-
-    tolerance: metres, how far triangles may leave the patches.  thickness:
-    metres, of a closed solid whose outer face the surface is; None for none.
-    Raises SettingsError for lengths too small to mean anything in a file.
-    """
-
-    tolerance: float = 5e-5
-    thickness: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, value, least in (
-            ("tolerance", self.tolerance, LEAST_TOLERANCE),
-            ("thickness", self.thickness, LEAST_THICKNESS),
-        ):
-            if value is not None and not (np.isfinite(value) and value >= least):
-                raise SettingsError(
-                    f"the surface's {name} is {1e3 * value:g} mm; it must be a length of at least "
-                    f"{1e3 * least:g} mm"
-                )
-
-
 @dataclass(frozen=True, eq=False)
 class SurfacePlan:
     """What a surface was made from and where it was cut.
 
-    model: the passes in order across, matched.  nodes: (k,) parameters of the
-    grid's rows.  counts: (p-1,) columns of each patch.
+    model: the passes in order across, matched.  settings: as they were.  nodes:
+    (k,) parameters of the grid's rows.  counts: (p-1,) columns of each patch.
     """
 
     model: PatchSet
+    settings: SurfaceSettings
     nodes: FloatArray
     counts: IntArray
 
@@ -121,10 +96,9 @@ def build_surface(
     where the solid would fold over itself.
     """
     check_strips(strips, names)
-    model = patches_between(arrange(strips))
+    model = patches_between(arrange(strips), settings)
     ordered_names = tuple(names[i] for i in model.arrangement.order)
-    middle = model.arrangement.strips[model.match.middle]
-    u = np.linspace(middle.s[0], middle.s[-1], len(middle.s))
+    u = natural_parameters(model)
     sample = patches_at(model, u)
     check_apart(sample, ordered_names)
     grid = grid_of(sample)
@@ -140,7 +114,7 @@ def build_surface(
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
         columns=(0, *(int(column) for column in np.cumsum(counts))),
-        plan=SurfacePlan(model, nodes, counts),
+        plan=SurfacePlan(model, settings, nodes, counts),
     )
 
 
@@ -159,7 +133,8 @@ def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
             "these are not the passes that the surface was built through, in number or length: "
             "build it anew"
         )
-    patches = patches_at(moved_model(plan.model, strips), plan.nodes)
+    model = schemed(moved_model(plan.model, strips), plan.settings)
+    patches = patches_at(model, plan.nodes)
     points, normals = vertices_of(patches, plan.counts)
     old = surface.mesh
     mesh = Mesh(points.reshape(-1, 3), old.triangles, normals.reshape(-1, 3), old.sigma)
@@ -256,16 +231,16 @@ def subdivided(
     along the normal.  No edge is longer than 2 cm, so that deviations are
     carried in detail.  Raises SurfaceError where the triangles would be too many.
     """
-    v = np.linspace(0.0, 1.0, ANALYSIS_ROWS)
+    v, rows = np.linspace(0.0, 1.0, ANALYSIS_ROWS), sample.control.shape[-2]
     normals = grid.normals
     stretch = 8.0 * STRETCH_SHARE * tolerance
     speed_u = np.sqrt(np.sum(grid.along**2, axis=-1))
     speed_v = np.sqrt(np.sum(grid.across**2, axis=-1))
-    twist = normal_part(basis(v, 1) @ sample.slope, normals)
+    twist = normal_part(basis(v, 1, rows) @ sample.slope, normals)
     rate = np.sqrt(twist / np.maximum(speed_u * speed_v, 1e-12) / (4.0 * TWIST_SHARE * tolerance))
     rate = np.maximum(rate, 1.0 / GREATEST_EDGE)
-    along = np.sqrt(normal_part(basis(v) @ sample.bend, normals) / stretch)
-    across = np.sqrt(normal_part(basis(v, 2) @ sample.control, normals) / stretch)
+    along = np.sqrt(normal_part(basis(v, 0, rows) @ sample.bend, normals) / stretch)
+    across = np.sqrt(normal_part(basis(v, 2, rows) @ sample.control, normals) / stretch)
     density = np.maximum(along, speed_u * rate).max(axis=(0, 2))
     counts = np.ceil(np.maximum(across, speed_v * rate).max(axis=(1, 2))).astype(np.int64)
     return equal_shares(u, density, int(counts.sum())), counts
