@@ -80,7 +80,7 @@ def test_poses_alone_calibrate_and_the_calibration_stands_in_for_them(
         assert main(arguments) == 0
         told = capsys.readouterr().out
         assert "from the session: the calibration" in told
-        assert ("from the session: the smoothing of P2, 70 mm" in told) == (lengths[1] == 70.0)
+        assert ("from the session: the smoothing of pass P2, 70 mm" in told) == (lengths[1] == 70.0)
         passes = json.loads(report.read_text(encoding="utf-8"))["passes"]
         assert [round(one["smoothing_mm"], 6) for one in passes] == lengths
         with_poses = main([*arguments[:3], str(tmp_path / "p.json"), "--method", "paper"])
@@ -174,3 +174,42 @@ def test_a_defect_is_told_with_file_and_line_and_nothing_is_left(small_capture, 
     assert "passes/p2.csv" in told
     assert "line 5" in told
     assert [path.name for path in tmp_path.iterdir()] == ["broken"]
+
+
+def test_a_sessions_settings_are_used_where_the_words_ask_for_none(session, tmp_path, capsys):
+    with Session.open(session) as opened:
+        for whose, key, value in (
+            ("P1", "sensors_off", ["A02"]),
+            ("P2", "trim", [0.05, 0.1]),
+            ("*", "weight", 2),
+            ("*", "surface.direction", "conormal"),
+            ("*", "surface.tolerance", 0.0004),
+            ("*", "colour", "blue"),
+        ):
+            opened.do("setting", **{"pass": whose, "key": key, "value": value})
+    report = tmp_path / "report.json"
+    words = ["reconstruct", str(session), f"--report={report}"]
+    assert main([*words, "--weight=P2=3", "--tolerance=0.5"]) == 0
+    told = capsys.readouterr().out
+    for line in (
+        "the switched-off sensors of pass P1, A02",
+        "the trimmed ends of pass P2, 50 mm and 100 mm",
+        "the weight of all passes, 2",
+        "the surface's direction across, conormal",
+    ):
+        assert f"from the session: {line}\n" in told
+    assert "tolerance" not in told
+    assert "colour" not in told
+    assert "pass P1: sensor A02 is switched off and has no say" in told
+    lengths = [one["length_m"] for one in json.loads(report.read_text("utf-8"))["passes"]]
+    assert lengths[0] - lengths[1] == pytest.approx(0.15)
+
+
+def test_the_papers_way_leaves_what_is_of_the_ribbons_way(session, tmp_path, capsys):
+    with Session.open(session) as opened:
+        opened.do("setting", **{"pass": "P1", "key": "weight", "value": 2})
+        opened.do("setting", **{"pass": "*", "key": "method", "value": "paper"})
+    assert main(["reconstruct", str(session), f"--report={tmp_path / 'r.json'}"]) == 0
+    told = capsys.readouterr().out
+    assert "from the session: the method, paper" in told
+    assert "weight" not in told

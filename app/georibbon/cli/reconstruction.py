@@ -1,11 +1,12 @@
 """``georibbon reconstruct``: the main job."""
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from georibbon.cli.arguments import Parser, millimetres, pair
+from georibbon.cli.arguments import Parser, above_zero, millimetres, number, pair
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import SettingsError
@@ -16,6 +17,7 @@ from georibbon.export.files import (
     SURFACE_ENDINGS,
     require_ending,
 )
+from georibbon.geometry.settings import CORRESPONDENCES, DIRECTIONS, INTERIORS, LENGTHS
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from georibbon.session.source import Loaded
 
 ALL_PASSES = "*"
+OF_RIBBON = ("smoothing", "weight")  # what the paper's way knows nothing of
 
 DESCRIPTION = """\
 Turn a recording into the surface that the ribbon was laid on: calibrate from the poses,
@@ -40,6 +43,8 @@ examples:
   georibbon reconstruct bonnet.georibbon --surface bonnet.obj --surface print.stl \\
       --thickness 2 --report bonnet.html --picture bonnet.png
   georibbon reconstruct bonnet --curves bonnet.csv --smoothing 60 --smoothing P3=90
+  georibbon reconstruct bonnet --surface bonnet.stl --sensors-off P3=A09,M09 \\
+      --trim P1=20,0 --weight P5=0.25
   georibbon reconstruct part-31 --calibration ribbon-7.json --report part-31.json"""
 
 
@@ -79,7 +84,7 @@ def _add_outputs(group: argparse._ArgumentGroup) -> None:
 
 def _add_settings(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
-        "--method", choices=("ribbon", "paper"), default="ribbon",
+        "--method", choices=("ribbon", "paper"),
         help="ribbon (default): all readings of a pass fitted at once, with the survey; "
         "paper: tangents interpolated from sensor to sensor",
     )  # fmt: skip
@@ -88,13 +93,57 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
         help="use this calibration (georibbon calibrate) instead of the recording's poses",
     )  # fmt: skip
     group.add_argument(
-        "--no-neighbours", dest="neighbours", action="store_false",
-        help="fit without letting neighbouring passes correct each other",
+        "--neighbours", action=argparse.BooleanOptionalAction,
+        help="let neighbouring passes correct each other (default), or not",
     )  # fmt: skip
     group.add_argument(
         "--smoothing", metavar="auto|MM|PASS=MM", type=_smoothing, action="append", default=[],
         help="the finest detail to follow, in mm: for all passes or for one, may be repeated; "
         "auto (default): as fine as the readings themselves support",
+    )  # fmt: skip
+    group.add_argument(
+        "--sensors-off", metavar="[PASS=]NAME,…", type=_sensors, action="append", default=[],
+        help="do not listen to these sensors, in all passes or in one; may be repeated",
+    )  # fmt: skip
+    group.add_argument(
+        "--trim", metavar="[PASS=]MM,MM", type=_trim, action="append", default=[],
+        help="cut so much off the start and the end of all passes or of one, for the curve and "
+        "the surface; may be repeated",
+    )  # fmt: skip
+    group.add_argument(
+        "--weight", metavar="[PASS=]NUMBER", type=_weight, action="append", default=[],
+        help="let all passes or one count so many times against neighbours and survey "
+        "(default 1); may be repeated",
+    )  # fmt: skip
+    _add_surface(group)
+
+
+def _add_surface(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--direction", choices=DIRECTIONS,
+        help="of the surface's lines across where they meet a pass: the chord to the neighbour, "
+        "kept from turning back (safe-chord, default) or not (chord), square to the pass "
+        "(conormal), in the plane of chord and normal (section), or at --angles",
+    )  # fmt: skip
+    group.add_argument(
+        "--angles", metavar="A,B,C,D", type=_angles,
+        help="for --direction angles, in degrees from square to the pass towards its run: where "
+        "lines leave a pass at its beginning and end, and where they reach the next",
+    )  # fmt: skip
+    group.add_argument(
+        "--lengths", choices=LENGTHS,
+        help="the criterion for the tangents' lengths across: those of a circular arc (arc, "
+        "default), the chord's (unit), or one that is minimised",
+    )  # fmt: skip
+    group.add_argument(
+        "--correspondence", choices=CORRESPONDENCES,
+        help="what lies across from what: feet, covering both passes to their ends (foot-cover, "
+        "default) or cut to where they overlap (foot-trim), equal lengths, equal fractions",
+    )  # fmt: skip
+    group.add_argument(
+        "--interior", choices=INTERIORS,
+        help="across inner passes: smooth (g1, default), with lines that run on smoothly "
+        "(c1-lines), or with equal curvature on both sides (g2)",
     )  # fmt: skip
     group.add_argument(
         "--tolerance", metavar="MM", type=millimetres,
@@ -112,16 +161,49 @@ def _smoothing(text: str) -> tuple[str, float | None]:
     return name, None if value == "auto" else millimetres(value)
 
 
+def _sensors(text: str) -> tuple[str, list[str]]:
+    """(pass name or `ALL_PASSES`, names of sensors)."""
+    name, value = pair(text, "NAME,… or PASS=NAME,…") if "=" in text else (ALL_PASSES, text)
+    names = [one.strip() for one in value.split(",")]
+    if not all(names):
+        raise argparse.ArgumentTypeError(f"{value!r} found, names of sensors expected: A09,M09")
+    return name, names
+
+
+def _trim(text: str) -> tuple[str, list[float]]:
+    """(pass name or `ALL_PASSES`, [metres of the start, metres of the end])."""
+    name, value = pair(text, "MM,MM or PASS=MM,MM") if "=" in text else (ALL_PASSES, text)
+    ends = [number(one) for one in value.split(",")]
+    if len(ends) != 2 or min(ends) < 0:
+        raise argparse.ArgumentTypeError(
+            f"{value!r} found, two lengths expected: mm of the start, mm of the end"
+        )
+    return name, [one / 1000.0 for one in ends]
+
+
+def _weight(text: str) -> tuple[str, float]:
+    """(pass name or `ALL_PASSES`, how many times it counts)."""
+    name, value = pair(text, "NUMBER or PASS=NUMBER") if "=" in text else (ALL_PASSES, text)
+    return name, above_zero(value)
+
+
+def _angles(text: str) -> list[float]:
+    angles = [number(one) for one in text.split(",")]
+    if len(angles) != 4:
+        raise argparse.ArgumentTypeError(f"{text!r} found, four angles expected: 0,0,0,0")
+    return angles
+
+
 def run(arguments: argparse.Namespace) -> None:
     """Reconstruct, write what was asked for, print the summary."""
     from georibbon.reconstruction import reconstruct
     from georibbon.session.source import load
 
     with Outputs(targets(arguments), inputs=(arguments.source, arguments.calibration)) as outputs:
-        settings = settings_from(arguments)
+        settings_from(arguments)  # what is wrong with the words is told before the work
         calibration = _calibration(arguments.calibration)
         loaded = load(arguments.source)
-        settings, used = with_session(settings, loaded, {name for name, _ in arguments.smoothing})
+        settings, used = with_session(arguments, loaded)
         if calibration is None and loaded.calibration is not None:
             calibration = loaded.calibration
             used.append("from the session: the calibration")
@@ -157,45 +239,97 @@ def _calibration(path: Path | None) -> "Calibration | None":
 
 
 def settings_from(arguments: argparse.Namespace) -> "ReconstructionSettings":
-    """The settings that the words ask for; no surface where curves alone are wanted."""
-    from georibbon.geometry.surface import SurfaceSettings
-    from georibbon.reconstruction import ReconstructionSettings
+    """The settings that the words ask for; no surface where curves alone are wanted.
 
-    smoothing = {name: value for name, value in arguments.smoothing if value is not None}
-    if smoothing and arguments.method == "paper":
-        raise SettingsError("--smoothing is for --method ribbon; the paper's way smooths nothing")
-    surface = SurfaceSettings(thickness=arguments.thickness)
-    if arguments.tolerance is not None:
-        surface = replace(surface, tolerance=arguments.tolerance)
-    others = arguments.surface or arguments.report or arguments.picture
-    if arguments.curves and not others:
-        for option in ("tolerance", "thickness"):
-            if getattr(arguments, option) is not None:
-                raise SettingsError(f"--{option} is of the surface; name its file with --surface")
-    return ReconstructionSettings(
-        method=arguments.method,
-        neighbours=arguments.neighbours,
-        smoothing=smoothing,
-        surface=None if arguments.curves and not others else surface,
-    )
+    Raises SettingsError for words that mean nothing, or nothing together.
+    """
+    return _settings(arguments, _asked(arguments))
 
 
 def with_session(
-    settings: "ReconstructionSettings", loaded: "Loaded", asked: set[str]
+    arguments: argparse.Namespace, loaded: "Loaded"
 ) -> tuple["ReconstructionSettings", list[str]]:
-    """The settings, with the session's smoothing where the words ask for none, and what was added.
+    """The settings of the words, with the session's where they ask for none, and what was added.
 
-    asked: the passes whose smoothing the words give, `ALL_PASSES` for all.
+    What the words give for all passes stands in the place of all that the
+    session has of it.
     """
-    if settings.method != "ribbon" or ALL_PASSES in asked:
-        return settings, []
-    added = {name: value for name, value in loaded.smoothing.items() if name not in asked}
+    from georibbon.session.actions import setting_in_words
+    from georibbon.session.settings import KEYS, OF_SURFACE
+
+    asked = _asked(arguments)
+    passes = {one.name for one in loaded.recording.passes}
+    taken = {
+        (whose, key): value
+        for (whose, key), value in loaded.values.items()
+        if key in KEYS
+        and (whose in passes or whose == ALL_PASSES)
+        and (whose, key) not in asked
+        and (ALL_PASSES, key) not in asked
+    }
+    method = asked.get((ALL_PASSES, "method"), taken.get((ALL_PASSES, "method"), "ribbon"))
+    if method != "ribbon":
+        taken = {place: value for place, value in taken.items() if place[1] not in OF_RIBBON}
+    settings = _settings(arguments, {**taken, **asked})
+    if settings.surface is None:
+        taken = {place: value for place, value in taken.items() if place[1] not in OF_SURFACE}
     told = [
-        f"from the session: the smoothing of {'all passes' if name == ALL_PASSES else name}, "
-        f"{1e3 * value:g} mm"
-        for name, value in added.items()
+        f"from the session: {setting_in_words(whose, key)}, {_in_words(key, value)}"
+        for (whose, key), value in taken.items()
     ]
-    return replace(settings, smoothing={**settings.smoothing, **added}), told
+    return settings, told
+
+
+def _asked(arguments: argparse.Namespace) -> dict[tuple[str, str], object]:
+    """The words as a session keeps settings; None: as where nothing is chosen."""
+    from georibbon.session.settings import BY_PASS, OF_SURFACE
+
+    asked: dict[tuple[str, str], object] = {}
+    for key in BY_PASS:
+        for whose, value in getattr(arguments, key):
+            asked[whose, key] = value
+    for key in ("method", "neighbours"):
+        asked[ALL_PASSES, key] = getattr(arguments, key)
+    for key in OF_SURFACE:
+        asked[ALL_PASSES, key] = getattr(arguments, key.removeprefix("surface."))
+    return {
+        place: value for place, value in asked.items() if value is not None or place[1] in BY_PASS
+    }
+
+
+def _settings(
+    arguments: argparse.Namespace, values: Mapping[tuple[str, str], object]
+) -> "ReconstructionSettings":
+    from georibbon.fitting.settings import ReconstructionSettings
+    from georibbon.session.settings import OF_SURFACE, with_setting
+
+    settings = ReconstructionSettings()
+    for (whose, key), value in values.items():
+        settings = with_setting(settings, whose, key, value)
+    if settings.method == "paper":
+        for key in OF_RIBBON:
+            if getattr(settings, key):
+                raise SettingsError(
+                    f"--{key} is for --method ribbon; the paper's way smooths and weighs nothing"
+                )
+    others = arguments.surface or arguments.report or arguments.picture
+    if not arguments.curves or others:
+        return settings
+    for key in OF_SURFACE:
+        option = key.removeprefix("surface.")
+        if getattr(arguments, option) is not None:
+            raise SettingsError(f"--{option} is of the surface; name its file with --surface")
+    return replace(settings, surface=None)
+
+
+def _in_words(key: str, value: object) -> str:
+    """A session's value as a person writes it: lengths in mm."""
+    if key in ("smoothing", "surface.tolerance", "surface.thickness"):
+        return f"{1e3 * float(str(value)):g} mm"
+    if key == "trim" and isinstance(value, list):
+        return " and ".join(f"{1e3 * one:g} mm" for one in value)
+    listed = value if isinstance(value, list) else [value]
+    return ", ".join(str(one) for one in listed)
 
 
 def write(

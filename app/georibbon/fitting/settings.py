@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from georibbon.errors import SettingsError
-from georibbon.geometry.surface import SurfaceSettings
+from georibbon.geometry.settings import SurfaceSettings
 from georibbon.recording import Recording
 
 Method = Literal["ribbon", "paper"]

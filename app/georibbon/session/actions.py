@@ -24,9 +24,15 @@ def _named(detail: Detail) -> str:
 
 
 def _setting(detail: Detail) -> str:
-    every = detail.get("pass") == EVERY_PASS
-    whose = "all passes" if every else f"pass {_plain(detail.get('pass'))}"
-    return f"the {_plain(detail.get('key'))} of {whose}"
+    return setting_in_words(_plain(detail.get("pass")), _plain(detail.get("key")))
+
+
+def setting_in_words(whose: str, key: str) -> str:
+    """A setting, such as "the smoothing of pass P3"; whose: a pass's name or "*"."""
+    if whose == EVERY_PASS and key in _OF_ALL:
+        return _OF_ALL[key]
+    of = "all passes" if whose == EVERY_PASS else f"pass {whose}"
+    return f"the {_OF_PASS.get(key, key)} of {of}"
 
 
 def _link(detail: Detail) -> str:
@@ -34,6 +40,18 @@ def _link(detail: Detail) -> str:
     return f"link {_plain(detail.get('state'))}" + (f": {_plain(reason)}" if reason else "")
 
 
+_OF_PASS = {"sensors_off": "switched-off sensors", "trim": "trimmed ends"}
+_OF_ALL = {
+    "method": "the method",
+    "neighbours": "the neighbours' say",
+    "surface.tolerance": "the surface's tolerance",
+    "surface.thickness": "the surface's thickness",
+    "surface.direction": "the surface's direction across",
+    "surface.lengths": "the surface's tangent lengths",
+    "surface.correspondence": "the surface's correspondence",
+    "surface.interior": "the surface's smoothness across passes",
+    "surface.angles": "the surface's angles across",
+}
 _WORDS: dict[str, str | Callable[[Detail], str]] = {
     "created": "the session was made",
     "title": "the title",

@@ -5,31 +5,36 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from georibbon.errors import RecordingError, SessionError
+from georibbon.errors import RecordingError
+from georibbon.fitting.settings import ReconstructionSettings
 from georibbon.recording import Recording
-from georibbon.session.events import EVERY_PASS
 from georibbon.session.files import kind_of
 from georibbon.session.folder import TOML_NAME, read_recording
-from georibbon.session.words import told
+from georibbon.session.settings import Values, settings_of
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.session.state import SessionState
-
-SMOOTHING = "smoothing"
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
     """A recording, and what a session says beside it.
 
-    calibration: what stands in for the poses, where there are none.  smoothing:
-    metres, by the pass's name or "*" for all others.
+    calibration: what stands in for the poses, where there are none.  values:
+    the settings as they are kept (`georibbon.session.settings`); settings: what
+    they say.
     """
 
     recording: Recording
     calibration: "Calibration | None" = None
-    smoothing: Mapping[str, float] = field(default_factory=dict)
+    values: Values = field(default_factory=dict)
+    settings: ReconstructionSettings = field(default_factory=ReconstructionSettings)
+
+    @property
+    def smoothing(self) -> Mapping[str, float]:
+        """Metres, by the pass's name or "*" for all others."""
+        return self.settings.smoothing
 
 
 def load_source(path: Path, complete: bool = True) -> Recording:
@@ -56,21 +61,17 @@ def load(path: Path, complete: bool = True) -> Loaded:
         recording = recording_of(
             state, lambda part: read_part(database, part, state), path.name, complete
         )
-    smoothing = smoothing_of(state, path.name)
-    return Loaded(recording, None if recording.poses else state.calibration, smoothing)
+    settings = settings_of_state(state, path.name)
+    calibration = None if recording.poses else state.calibration
+    return Loaded(recording, calibration, dict(state.settings), settings)
 
 
-def smoothing_of(state: "SessionState", name: str) -> dict[str, float]:
-    """The smoothing that a session asks for, metres, by the name of a pass it has or "*".
+def settings_of_state(state: "SessionState", name: str) -> ReconstructionSettings:
+    """What a session's settings say of the passes it has; name: the session's, for messages.
 
-    name: the session's, for messages.  Raises SessionError for what is no length.
+    Raises SessionError for a value that means nothing.
     """
-    names = {run.name for run in state.passes} | {EVERY_PASS}
-    return {
-        whose: _metres(value, whose, name)
-        for (whose, key), value in state.settings.items()
-        if key == SMOOTHING and whose in names
-    }
+    return settings_of(state.settings, [run.name for run in state.passes], name)
 
 
 def folder_of(path: Path) -> Path | None:
@@ -92,12 +93,3 @@ def folder_of(path: Path) -> Path | None:
             f"{path}: this is one file of a recording; give the folder that holds its {TOML_NAME}"
         )
     return None
-
-
-def _metres(value: object, whose: str, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise SessionError(
-            f"{name}: the smoothing of {told(whose)} is {told(value)}; a number of metres is "
-            "expected"
-        )
-    return float(value)
