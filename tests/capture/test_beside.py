@@ -10,8 +10,9 @@ from georibbon.capture.beside import advise, compare
 from georibbon.capture.placement import (
     Known,
     Lone,
-    lone_strip,
+    lone_curve,
     neighbour_of,
+    object_axes,
     place_all,
     place_live,
 )
@@ -178,10 +179,16 @@ def test_a_taken_pass_has_its_curve():
     bench = lying(sensors=16)
     shape = curve(bench.grid)
     said = bench.counts(shape)
-    strip = lone_strip(
+    found = lone_curve(
         bench.ribbon, bench.calibration, Readings(np.arange(3.0), np.tile(said, (3, 1)))
     )
     frames = integrate_frames(bench.grid, shape)[0]
-    assert np.abs(strip.frames - frames).max() < 0.05
+    assert np.abs(found.strip.frames - frames).max() < 0.05
     nothing = Readings(np.arange(3.0), np.full((3, len(said)), np.nan))
-    assert lone_strip(bench.ribbon, bench.calibration, nothing) is None
+    assert lone_curve(bench.ribbon, bench.calibration, nothing) is None
+
+
+def test_the_objects_axes_go_with_the_first_pass():
+    turn = exp(np.array([0.3, -0.8, 1.9]))
+    assert np.allclose(object_axes([moved(straight(), turn, 1.0), straight()]), turn)
+    assert np.allclose(object_axes([]), np.eye(3))

@@ -5,7 +5,7 @@ the planned spacing to the left of the one before; what a reconstruction has
 placed lies there, and all else beside it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -13,10 +13,10 @@ import numpy as np
 
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration
-from georibbon.capture.live import LiveFit
+from georibbon.capture.live import LiveCurve, LiveFit
 from georibbon.capture.plan import tie_places
 from georibbon.errors import FitError
-from georibbon.geometry.frames import Strip, interpolated
+from georibbon.geometry.frames import Strip, frames_from, interpolated, unit
 from georibbon.recording import PassKind
 from georibbon.ribbon import Readings, Ribbon
 from georibbon.rotations import about_z
@@ -48,12 +48,24 @@ class Known:
     starts: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-def lone_strip(ribbon: Ribbon, calibration: Calibration, readings: Readings) -> Strip | None:
-    """The curve of a pass that was taken; None where its readings say too little."""
+def lone_curve(ribbon: Ribbon, calibration: Calibration, readings: Readings) -> LiveCurve | None:
+    """The curve of a pass that was taken, by itself; None where its readings say too little."""
     means = still_means(without_railed(readings)[0])
     with suppress(FitError):
-        return LiveFit(ribbon, calibration).update(means.mean, means.sigma).strip
+        return LiveFit(ribbon, calibration).update(means.mean, means.sigma)
     return None
+
+
+def object_axes(strips: Iterable[Strip]) -> FloatArray:
+    """(3, 3) columns: along the first pass, to its left, out of the surface; unit, square.
+
+    World axes where there is no strip.
+    """
+    first = next(iter(strips), None)
+    if first is None:
+        return np.eye(3)
+    chord = first.points[-1] - first.points[0]
+    return frames_from(unit(chord), first.normals.mean(axis=0))
 
 
 def neighbour_of(name: str, order: Sequence[str], there: Mapping[str, object]) -> str | None:

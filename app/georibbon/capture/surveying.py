@@ -32,15 +32,36 @@ class SurveyDesk:
         tables[table].append(dict(entry))
         self._change(tables, f"{table} noted")
 
+    def add_all(self, entries: Iterable[tuple[str, Mapping[str, object]]]) -> None:
+        """Add several, each with its table, in one step of undo."""
+        tables = self.tables()
+        added = 0
+        for table, entry in entries:
+            tables[table].append(dict(entry))
+            added += 1
+        self._change(tables, f"{counted(added, 'entry', 'entries')} noted")
+
+    def change(self, table: str, number: int, entry: Mapping[str, object]) -> None:
+        """Put an entry in the place of the one with a number, from 1, in one step of undo."""
+        tables = self._with(table, number)
+        if tables[table][number - 1] != entry:
+            tables[table][number - 1] = dict(entry)
+            self._change(tables, f"{table} {number} is corrected")
+
     def remove(self, table: str, number: int) -> None:
         """Take the entry with a number, from 1, out of a table; SettingsError if there is none."""
+        tables = self._with(table, number)
+        del tables[table][number - 1]
+        self._change(tables, f"{table} {number} is taken out")
+
+    def _with(self, table: str, number: int) -> dict[str, list[Entry]]:
+        """The tables, where one of them has an entry of that number."""
         tables = self.tables()
         if not 1 <= number <= len(tables[table]):
             raise SettingsError(
                 f"there is no {table} number {number}; the survey has {len(tables[table])}"
             )
-        del tables[table][number - 1]
-        self._change(tables, f"{table} {number} is taken out")
+        return tables
 
     def _change(self, tables: dict[str, list[Entry]], words: str) -> None:
         check_survey(tables, self._ribbon, self._names(), "the survey")

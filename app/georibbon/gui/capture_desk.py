@@ -351,6 +351,14 @@ class CaptureDesk(QObject):
         """Add a mark, distance or crossing, given as in a recording."""
         self._do(lambda engine: engine.survey.add(table, entry))
 
+    def add_surveys(self, entries: Sequence[tuple[str, Mapping[str, object]]]) -> None:
+        """Add several, each with its table, in one step of undo."""
+        self._do(lambda engine: engine.survey.add_all(entries))
+
+    def change_survey(self, table: str, number: int, entry: Mapping[str, object]) -> None:
+        """Put an entry in the place of the one with a number, from 1."""
+        self._do(lambda engine: engine.survey.change(table, number, entry))
+
     def remove_survey(self, table: str, number: int) -> None:
         """Take the entry with a number, from 1, out of a table."""
         self._do(lambda engine: engine.survey.remove(table, number))
