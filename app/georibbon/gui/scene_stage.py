@@ -1,16 +1,21 @@
 """What stands in a 3D view and how a hand moves it: VTK without a widget, loaded when needed."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import vtkmodules.vtkRenderingFreeType
 import vtkmodules.vtkRenderingOpenGL2
+from numpy.typing import NDArray
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkCamera, vtkRenderWindow
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from georibbon.reconstruction import Reconstruction
+from georibbon.scene.colouring import Look
 from georibbon.scene.colours import DARK, WHITE
+from georibbon.scene.drawing import CaptureDrawing
+from georibbon.scene.offscreen import drawn, require_drawable
 from georibbon.scene.scene import Scene
 from georibbon.world import UP
 
@@ -29,16 +34,45 @@ DIRECTIONS = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class Play:
+    """What is to be seen: a result, a capture that goes on, and how.
+
+    font_size: pixels.  dark: whether on a dark ground.
+    """
+
+    result: Reconstruction | None = None
+    drawing: CaptureDrawing | None = None
+    look: Look = field(default_factory=Look)
+    font_size: int = 14
+    dark: bool = False
+
+    def scene(self, line_scale: float = 1.0) -> Scene:
+        """A scene of it."""
+        paper = DARK if self.dark else WHITE
+        scene = Scene(self.result, self.font_size, None, paper, self.look, line_scale)
+        if self.drawing is not None:
+            scene.show_capture(self.drawing)
+        return scene
+
+
 class Stage:
     """One render window, the scene on it, its camera and its trackball.
 
     changed: called when there is something to draw; nothing is drawn but by
     `draw()`, which needs the window's context current and its size set.
+    moved: called when the camera was moved by hand.
     """
 
-    def __init__(self, window: vtkRenderWindow, changed: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        window: vtkRenderWindow,
+        changed: Callable[[], None],
+        moved: Callable[[], None] = lambda: None,
+    ) -> None:
         self.window = window
-        self._changed = changed
+        self._changed, self._told_moved = changed, moved
+        self._play = Play()
         self._scene: Scene | None = None
         self._shown: Scene | None = None
         self._framed: str | None = None  # the view to return to when the size changes
@@ -52,27 +86,48 @@ class Stage:
         self.interactor.Initialize()
         self.interactor.AddObserver("RenderEvent", self._moved)
 
-    def show(self, reconstruction: Reconstruction | None, font_size: int, dark: bool) -> None:
-        """Put a result on the stage; the camera stays where it was if there was one before."""
-        paper = DARK if dark else WHITE
-        before = self._scene
-        if reconstruction is None:
+    @property
+    def scene(self) -> Scene | None:
+        """What stands on it."""
+        return self._scene
+
+    def show(self, play: Play) -> None:
+        """Put this on the stage; the camera stays where it was if there was something before.
+
+        What stands there already is changed in place as far as it can be.
+        """
+        before, self._play = self._play, play
+        if play.result is None:
             self._cursor = None
-        self._scene = (
-            None if reconstruction is None else Scene(reconstruction, font_size, paper=paper)
-        )
-        if self._scene is not None:
-            self._scene.renderer.SetBackgroundAlpha(1.0)  # else what is behind the window shines in
-            self._scene.renderer.UseFXAAOn()
-            if before is None:
-                self._frame("iso")
-            else:
-                camera = vtkCamera()
-                camera.DeepCopy(before.renderer.GetActiveCamera())
-                self._scene.renderer.SetActiveCamera(camera)
-            if self._cursor is not None:
-                self._scene.show_cursor(*self._cursor)
+        if play.result is None and play.drawing is None:
+            self._scene = None
+        elif self._scene is None or (play.font_size, play.dark) != (before.font_size, before.dark):
+            self._renew(play)
+        else:
+            self._alter(self._scene, before, play)
         self._changed()
+
+    def _renew(self, play: Play) -> None:
+        before, scene = self._scene, play.scene()
+        scene.renderer.SetBackgroundAlpha(1.0)  # else what is behind the window shines in
+        self._scene = scene
+        if before is None:
+            self._frame("iso")
+        else:
+            scene.renderer.SetActiveCamera(_copied(before.renderer.GetActiveCamera()))
+        if self._cursor is not None:
+            scene.show_cursor(*self._cursor)
+
+    def _alter(self, scene: Scene, before: Play, play: Play) -> None:
+        another_size = False
+        if play.look is not before.look:
+            scene.apply(play.look)
+        if play.result is not before.result:
+            another_size = scene.update(play.result)
+        if play.drawing is not before.drawing:
+            another_size = scene.show_capture(play.drawing) or another_size
+        if another_size and self._framed is not None:
+            self._frame(self._framed)
 
     def resize(self, width: int, height: int) -> None:
         """The window's size in device pixels."""
@@ -84,8 +139,8 @@ class Stage:
         if self._framed is not None:
             self._frame(self._framed)
 
-    def draw(self) -> bool:
-        """Draw the scene; False where there is none."""
+    def draw(self, fine: bool = True) -> bool:
+        """Draw the scene; False where there is none.  fine: with smooth edges, which takes long."""
         if self._shown is not self._scene:
             self._clear()
             if self._scene is not None:
@@ -93,10 +148,26 @@ class Stage:
             self._shown = self._scene
         if self._scene is None:
             return False
+        self._scene.renderer.SetUseFXAA(fine)
         self._scene.renderer.ResetCameraClippingRange()
         self._scene.follow()
         self.window.Render()
         return True
+
+    def picture(self, size: tuple[int, int], scale: int, transparent: bool) -> NDArray[np.uint8]:
+        """What is seen, (height, width, 3 or 4) uint8, drawn anew.
+
+        size: (width, height), pixels; scale: how many times as large words and
+        lines are; transparent: with a fourth channel, and nothing behind.
+        Raises ExportError where it is too large.
+        """
+        require_drawable(size)
+        scene = replace(self._play, font_size=scale * self._play.font_size).scene(scale)
+        if self._scene is not None:
+            scene.renderer.SetActiveCamera(_copied(self._scene.renderer.GetActiveCamera()))
+        if self._cursor is not None:
+            scene.show_cursor(*self._cursor)
+        return drawn(scene, size, transparent)
 
     def fit(self) -> None:
         """Show everything, from the side that the camera is on."""
@@ -160,6 +231,14 @@ class Stage:
         """Where the pointer is: device pixels from the upper left corner."""
         self.interactor.SetEventInformationFlipY(x, y, int(control), int(shift), "\0", 0, None)
 
+    def copy_camera(self, other: "Stage") -> None:
+        """Look from where another stage's camera stands, in its projection."""
+        if self._scene is None or other.scene is None:
+            return
+        self._parallel, self._framed = other._parallel, None
+        self._scene.renderer.GetActiveCamera().DeepCopy(other.scene.renderer.GetActiveCamera())
+        self._changed()
+
     def close(self) -> None:
         """Give back what was taken of the graphics card, with the context current."""
         self._clear()
@@ -169,6 +248,7 @@ class Stage:
     def _moved(self, *_: object) -> None:
         self._framed = None
         self._changed()
+        self._told_moved()
 
     def _clear(self) -> None:
         if self._shown is not None:
@@ -197,3 +277,9 @@ class Stage:
         elif not self._parallel and camera.GetParallelProjection():
             camera.Dolly(camera.GetDistance() * slope / camera.GetParallelScale())
         camera.SetParallelProjection(self._parallel)
+
+
+def _copied(camera: vtkCamera) -> vtkCamera:
+    copy = vtkCamera()
+    copy.DeepCopy(camera)
+    return copy

@@ -6,9 +6,10 @@ VTK is loaded with the first result, so that the window can show before.
 from __future__ import annotations
 
 from functools import partial
+from time import monotonic
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QRect, Qt, QThread
+from PySide6.QtCore import QEvent, QRect, Qt, QThread, QTimer, Signal
 from PySide6.QtGui import (
     QGuiApplication,
     QImage,
@@ -27,13 +28,23 @@ from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
 
 from georibbon.errors import ExportError
+from georibbon.gui.language import tr
 from georibbon.gui.theme import theme_of
 
 if TYPE_CHECKING:
-    from georibbon.gui.scene_stage import Stage
+    import numpy as np
+
+    from georibbon.gui.scene_stage import Play, Stage
     from georibbon.reconstruction import Reconstruction
+    from georibbon.scene.drawing import CaptureDrawing
 
 STANDARD_VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
+# As georibbon.scene.colouring has them, whose import would keep the window from showing.
+COLOURINGS = ("uncertainty", "gaussian", "mean", "normal", "deviation", "zebra", "plain")
+PARTS = ("surface", "passes", "ties", "sensors", "frames", "marks", "labels", "floor")
+_HIDDEN_FIRST = frozenset({"sensors", "frames"})
+_MOVING = 0.2  # s between two pictures within which something moves, and edges stay rough
+_REST_MS = 150  # after the last of them the edges are smoothed
 _VERSION = (3, 2)
 _NO_OPENGL = (
     "offscreen",
@@ -90,33 +101,179 @@ def opengl_works() -> bool:
 
 
 class _View:
-    """What both kinds of view have in common: the mixin of a QWidget."""
+    """What both kinds of view have in common: the mixin of a QWidget.
+
+    camera_moved(): by hand; what is looked at changed otherwise without it.
+    recoloured(): another colouring, range or result is shown.
+    """
+
+    camera_moved = Signal()
+    recoloured = Signal()
 
     _stage: Stage | None = None
     _reconstruction: Reconstruction | None = None
+    _drawing: CaptureDrawing | None = None
     _parallel = False
     _ratio = 0.0
+    _painted = -_MOVING  # when it was drawn after the last change
+    _altered = _rough = False
 
     def _prepare(self) -> None:
+        self._colouring = "uncertainty"
+        self._ranges: dict[str, tuple[float, float]] = {}
+        self._shown = frozenset(PARTS) - _HIDDEN_FIRST
+        self._deviation: np.ndarray | None = None
+        self._deviation_words = ""
+        self._unit = ("mm", 1e-3)
+        self._look = None
+        self._resting = QTimer(self)
+        self._resting.setSingleShot(True)
+        self._resting.setInterval(_REST_MS)
+        self._resting.timeout.connect(self._rest)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(160, 120)
-        self.setAccessibleName("3D view")
+        self.setAccessibleName(tr("3D view"))
         self.setAccessibleDescription(
-            "Drag to turn, with Shift to move, wheel to zoom; arrow keys turn, plus and minus zoom"
+            tr(
+                "Drag to turn, with Shift to move, wheel to zoom; arrow keys turn, plus and minus "
+                "zoom"
+            )
         )
 
+    # --- what is shown ---
+
     def show_scene(self, reconstruction: Reconstruction | None) -> None:
-        """Show a result, or nothing; the camera stays where it was if there was one before."""
+        """Show a result, or nothing; the camera stays where it was if there was one before.
+
+        What is shown already is changed in place as far as it can be.
+        """
         self._reconstruction = reconstruction
-        if reconstruction is not None:
+        self._show()
+
+    def show_capture(self, drawing: CaptureDrawing | None) -> None:
+        """Show the curves of a capture that goes on, over the result where there is one."""
+        self._drawing = drawing
+        self._show()
+
+    def set_colouring(self, mode: str) -> None:
+        """Colour by one of COLOURINGS."""
+        if mode not in COLOURINGS:
+            raise ValueError(f"there is no colouring {mode}")
+        self._colouring = mode
+        self._restyle()
+
+    @property
+    def colouring(self) -> str:
+        """What the colours stand for: one of COLOURINGS."""
+        return self._colouring
+
+    def set_range(self, fixed: tuple[float, float] | None) -> None:
+        """Fix the range of the mode's colours, in its SI unit (m, 1/m, 1/m²); None: automatic."""
+        if fixed is None:
+            self._ranges.pop(self._colouring, None)
+        elif fixed[0] < fixed[1]:
+            self._ranges[self._colouring] = (float(fixed[0]), float(fixed[1]))
+        else:
+            raise ValueError(f"a range from {fixed[0]} to {fixed[1]} is empty")
+        self._restyle()
+
+    def range(self) -> tuple[float, float]:
+        """(low, high) that the mode's colours stand for now, in its SI unit."""
+        scene = None if self._stage is None else self._stage.scene
+        return (0.0, 1.0) if scene is None else scene.range
+
+    @property
+    def fixed_range(self) -> tuple[float, float] | None:
+        """The mode's range where it is fixed."""
+        return self._ranges.get(self._colouring)
+
+    def set_deviation(self, values: np.ndarray | None, words: str = "") -> None:
+        """(n,) m, signed, of the shown mesh's vertices, NaN where there is nothing to compare with.
+
+        words: from what, short, for the scale.  They are not shown for a mesh of
+        another number of vertices.
+        """
+        self._deviation, self._deviation_words = values, words
+        self._restyle()
+
+    def set_shown(self, part: str, shown: bool) -> None:
+        """Show one of PARTS, or hide it."""
+        if part not in PARTS:
+            raise ValueError(f"there is no part {part}")
+        self._shown = self._shown | {part} if shown else self._shown - {part}
+        self._restyle()
+
+    def is_shown(self, part: str) -> bool:
+        """Whether one of PARTS is to be seen."""
+        return part in self._shown
+
+    def set_units(self, symbol: str, metres: float) -> None:
+        """The unit of length of scale and key: its symbol, and its size in metres."""
+        self._unit = (symbol, metres)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        self._look = None
+        self._show()
+
+    def _show(self) -> None:
+        """Put everything on the stage, in the colours of the theme, words in the font's size."""
+        if self._reconstruction is not None or self._drawing is not None:
             self._load()
         if self._stage is not None:
-            self._show()
+            self._stage.show(self._play())
+            self.recoloured.emit()
         self.refresh()
+
+    def _play(self) -> Play:
+        from georibbon.gui.scene_stage import Play
+        from georibbon.scene.colouring import Look
+
+        if self._look is None:
+            symbol, metres = self._unit
+            self._look = Look(
+                self._colouring, dict(self._ranges), self._deviation, self._deviation_words,
+                self._shown, symbol, metres,
+            )  # fmt: skip
+        font_size = round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
+        dark = theme_of(self.palette()) == "dark"
+        return Play(self._reconstruction, self._drawing, self._look, font_size, dark)
+
+    # --- drawing ---
 
     def refresh(self) -> None:
         """Draw anew at the next turn of the event loop, once however often it is asked."""
+        self._altered = True
         self.update()
+
+    def _fine(self) -> bool:
+        """Whether the picture that is drawn now has time for smooth edges: nothing moves."""
+        if self._altered:
+            now = monotonic()
+            self._rough = now - self._painted < _MOVING
+            self._painted, self._altered = now, False
+            if self._rough:
+                self._resting.start()
+        return not self._rough
+
+    def _rest(self) -> None:
+        """Nothing moves any more: draw it again, with smooth edges."""
+        self._altered = self._rough = False
+        self._resting.stop()
+        self.update()
+
+    def _off_screen(self, scale: int, transparent: bool) -> QImage:
+        """What is seen, drawn anew in another size or without a ground."""
+        ratio = self.devicePixelRatioF()
+        size = (round(self.width() * ratio) * scale, round(self.height() * ratio) * scale)
+        if self._stage is None or self._stage.scene is None:
+            image = QImage(*size, QImage.Format.Format_RGBA8888)
+            ground = self.palette().base().color()
+            image.fill(Qt.GlobalColor.transparent if transparent else ground)
+            return image
+        return _image(self._stage.picture(size, scale, transparent), ratio)
+
+    # --- the camera ---
 
     def fit(self) -> None:
         """Move the camera so that everything is seen, from the side it is on."""
@@ -141,6 +298,12 @@ class _View:
         if self._stage is not None:
             self._stage.show_cursor(name, s)
 
+    def copy_camera(self, other: SceneView | ImageView) -> None:
+        """Look from where another view does; nothing is told of it."""
+        if self._stage is not None and other._stage is not None:
+            self._parallel = other._parallel
+            self._stage.copy_camera(other._stage)
+
     def _load(self) -> None:
         """Make the stage when it is first needed."""
         if self._stage is None:
@@ -156,14 +319,7 @@ class _View:
         self._stage.resize(round(self.width() * ratio), round(self.height() * ratio))
         if ratio != self._ratio:
             self._ratio = ratio
-            if self._reconstruction is not None:
-                self._show()
-
-    def _show(self) -> None:
-        """Put the result on the stage in the colours of the theme, its words in the font's size."""
-        font_size = round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
-        dark = theme_of(self.palette()) == "dark"
-        self._stage.show(self._reconstruction, font_size, dark)
+            self._stage.show(self._play())
 
     def changeEvent(self, event: QEvent) -> None:
         """Follow the theme."""
@@ -222,6 +378,15 @@ class _View:
         )
 
 
+def _image(rows: np.ndarray, ratio: float) -> QImage:
+    """(height, width, 3 or 4) uint8 as an image with memory of its own."""
+    height, width, depth = rows.shape
+    kind = QImage.Format.Format_RGB888 if depth == 3 else QImage.Format.Format_RGBA8888
+    image = QImage(rows.tobytes(), width, height, depth * width, kind).copy()
+    image.setDevicePixelRatio(ratio)
+    return image
+
+
 class SceneView(_View, QOpenGLWidget):
     """A view that VTK draws straight into the widget's framebuffer."""
 
@@ -232,9 +397,15 @@ class SceneView(_View, QOpenGLWidget):
         self._surface: QSurface | None = None
         self._begun = False
 
-    def image(self) -> QImage:
-        """What is seen, in device pixels."""
-        return self.grabFramebuffer()
+    def image(self, scale: int = 1, transparent: bool = False) -> QImage:
+        """What is seen, in device pixels, `scale` times as many; on a ground or without one.
+
+        Raises ExportError where so large a picture cannot be drawn here.
+        """
+        if scale == 1 and not transparent:
+            self._rest()
+            return self.grabFramebuffer()
+        return self._off_screen(scale, transparent)
 
     def initializeGL(self) -> None:
         """A context was made: the first, or another after the widget moved to another window."""
@@ -265,7 +436,7 @@ class SceneView(_View, QOpenGLWidget):
         state.Reset()
         state.Push()
         state.vtkglDepthFunc(_DEPTH_LESS_OR_EQUAL)  # Qt leaves another one
-        drawn = self._stage.draw()
+        drawn = self._stage.draw(self._fine())
         state.Pop()
         window.SetReadyForRendering(False)
         return drawn
@@ -283,7 +454,7 @@ class SceneView(_View, QOpenGLWidget):
         window.SetReadyForRendering(False)
         window.AddObserver("WindowMakeCurrentEvent", self._make_current)
         window.AddObserver("WindowIsCurrentEvent", self._tell_current)
-        return Stage(window, self.refresh)
+        return Stage(window, self.refresh, self.camera_moved.emit)
 
     def _make_current(self, *_: object) -> None:
         # Not by the widget, which would also bind its own framebuffer in the middle of drawing.
@@ -315,34 +486,39 @@ class ImageView(_View, QWidget):
         self._prepare()
         self.fault = ""
 
-    def show_scene(self, reconstruction: Reconstruction | None) -> None:
-        """Show a result, or nothing; or why it cannot be drawn here."""
+    def image(self, scale: int = 1, transparent: bool = False) -> QImage:
+        """What is seen, in device pixels, `scale` times as many; on a ground or without one.
+
+        Raises ExportError where so large a picture cannot be drawn here.
+        """
+        if scale != 1 or transparent:
+            return self._off_screen(scale, transparent)
+        self._rest()
+        return self._picture()
+
+    def _show(self) -> None:
+        """Show it, or why it cannot be drawn here."""
         try:
-            super().show_scene(reconstruction)
+            super()._show()
         except ExportError as error:
             self.fault = str(error)
             self.update()
 
-    def image(self) -> QImage:
-        """What is seen, in device pixels."""
+    def _picture(self) -> QImage:
         self._follow_size()
         ratio = self.devicePixelRatioF()
         image = QImage(self.size() * ratio, QImage.Format.Format_RGB888)
         image.setDevicePixelRatio(ratio)
         image.fill(self.palette().base().color())
-        if self._stage is not None and self._stage.draw():
+        if self._stage is not None and self._stage.draw(self._fine()):
             from georibbon.scene.offscreen import pixels
 
-            rows = pixels(self._stage.window)
-            height, width, _ = rows.shape
-            image = QImage(rows.tobytes(), width, height, 3 * width, QImage.Format.Format_RGB888)
-            image = image.copy()  # with memory of its own
-            image.setDevicePixelRatio(ratio)
+            image = _image(pixels(self._stage.window), ratio)
         return image
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the picture, or why there is none."""
-        image = self.image()
+        image = self._picture()
         with QPainter(self) as painter:
             painter.drawImage(0, 0, image)
             if self.fault:
@@ -360,6 +536,6 @@ class ImageView(_View, QWidget):
 
         window = offscreen_window((self.width(), self.height()))
         window.SetMultiSamples(0)
-        stage = Stage(window, self.refresh)
+        stage = Stage(window, self.refresh, self.camera_moved.emit)
         self.destroyed.connect(partial(Stage.close, stage))
         return stage

@@ -30,3 +30,9 @@ def from_vtk(array: vtkDataArray) -> NDArray[Any]:
     """A NumPy view of a VTK array, (n,) or (n, components)."""
     view: NDArray[Any] = numpy_support.vtk_to_numpy(array)  # type: ignore[no-untyped-call]  # VTK's
     return view
+
+
+def shared(values: NDArray[Any]) -> vtkDataArray:
+    """A VTK array over the memory of a contiguous NumPy array, which must be kept alive."""
+    array: vtkDataArray = numpy_support.numpy_to_vtk(values)  # type: ignore[no-untyped-call]  # VTK's
+    return array

@@ -1,5 +1,8 @@
 """What stands beside the object, in a column at the right: scalar bar, key, axes."""
 
+from collections.abc import Sequence
+
+import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingAnnotation import vtkAxesActor, vtkScalarBarActor
 from vtkmodules.vtkRenderingCore import vtkCoordinate, vtkRenderer, vtkTextActor
@@ -10,44 +13,69 @@ from georibbon.scene.text import style
 _COLUMN = 0.82  # where it begins, as a share of the width
 
 
-def scalar_bar(
-    table: vtkLookupTable, step: float, font_size: int, ink: Colour
-) -> vtkScalarBarActor:
-    """An upright scale at the right edge, ticks at whole steps, named with its unit."""
-    low, high = table.GetRange()
-    bar = vtkScalarBarActor()
-    bar.SetLookupTable(table)
-    bar.SetTitle("Position\nuncertainty\n1σ, mm\n")
-    bar.SetNumberOfLabels(round((high - low) / step) + 1)
-    bar.SetLabelFormat(" %.2f" if step < 0.1 else " %.1f")
-    bar.UnconstrainedFontSizeOn()
-    bar.SetMaximumNumberOfColors(256)
-    bar.SetPosition(_COLUMN + 0.01, 0.42)
-    bar.SetWidth(0.10)
-    bar.SetHeight(0.55)
-    bar.SetBarRatio(0.28)
-    for look in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
-        style(look, font_size, ink)
-    bar.GetTitleTextProperty().SetJustificationToLeft()
-    return bar
+class ScalarBar:
+    """An upright scale at the right edge, named with its unit."""
+
+    def __init__(self, font_size: int, ink: Colour) -> None:
+        self.actor = vtkScalarBarActor()
+        self.actor.UnconstrainedFontSizeOn()
+        self.actor.SetMaximumNumberOfColors(256)
+        self.actor.SetPosition(_COLUMN + 0.01, 0.42)
+        self.actor.SetWidth(0.10)
+        self.actor.SetHeight(0.55)
+        self.actor.SetBarRatio(0.28)
+        for look in (self.actor.GetTitleTextProperty(), self.actor.GetLabelTextProperty()):
+            style(look, font_size, ink)
+        self.actor.GetTitleTextProperty().SetJustificationToLeft()
+
+    def show(self, table: vtkLookupTable, title: str, step: float) -> None:
+        """Show a table with ticks at steps, or equal parts of its range."""
+        low, high = table.GetRange()
+        parts = max(1, round((high - low) / step))
+        width = (high - low) / parts
+        self.actor.SetLookupTable(table)
+        self.actor.SetTitle(title)
+        self.actor.SetNumberOfLabels(parts + 1)
+        self.actor.SetLabelFormat(f" %.{decimals(width)}f")
 
 
-def key(lines: list[tuple[str, Colour]], font_size: int) -> list[vtkTextActor]:
+def decimals(step: float) -> int:
+    """How many places behind the point write multiples of a step as they are, to a thousandth."""
+    if step >= 10.0:
+        return 0
+    first = max(1, -int(np.floor(np.log10(step) + 1e-9)))
+    exact = (d for d in (first, first + 1) if abs(step * 10**d - round(step * 10**d)) < 1e-3)
+    return next(exact, first + 1)
+
+
+class Key:
     """What the signs mean: one line of text each, under the scalar bar."""
-    top = vtkCoordinate()
-    top.SetCoordinateSystemToNormalizedViewport()
-    top.SetValue(_COLUMN, 0.37)
-    actors = []
-    for index, (text, colour) in enumerate(lines):
+
+    def __init__(self, renderer: vtkRenderer, font_size: int) -> None:
+        self._renderer, self._font_size = renderer, font_size
+        self._top = vtkCoordinate()
+        self._top.SetCoordinateSystemToNormalizedViewport()
+        self._top.SetValue(_COLUMN, 0.37)
+        self._actors: list[vtkTextActor] = []
+
+    def show(self, lines: Sequence[tuple[str, Colour]]) -> None:
+        """Show these lines, each with its colour."""
+        while len(self._actors) < len(lines):
+            self._actors.append(self._line(len(self._actors)))
+        for index, actor in enumerate(self._actors):
+            actor.SetVisibility(index < len(lines))
+        for actor, (text, colour) in zip(self._actors, lines, strict=False):
+            actor.SetInput(text)
+            style(actor.GetTextProperty(), self._font_size, colour)
+
+    def _line(self, index: int) -> vtkTextActor:
         actor = vtkTextActor()
-        actor.SetInput(text)
         place = actor.GetPositionCoordinate()
-        place.SetReferenceCoordinate(top)
+        place.SetReferenceCoordinate(self._top)
         place.SetCoordinateSystemToViewport()
-        place.SetValue(0, -1.55 * font_size * (index + 0.5))
-        style(actor.GetTextProperty(), font_size, colour)
-        actors.append(actor)
-    return actors
+        place.SetValue(0, -1.55 * self._font_size * (index + 0.5))
+        self._renderer.AddViewProp(actor)
+        return actor
 
 
 def axes_renderer(font_size: int, colours: tuple[Colour, Colour, Colour]) -> vtkRenderer:

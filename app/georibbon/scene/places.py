@@ -1,0 +1,110 @@
+"""Where a result's sensors, frames, survey and border are to be drawn: arrays alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from georibbon.arrays import FloatArray
+from georibbon.geometry.frames import interpolated
+from georibbon.geometry.mesh import boundary_edges
+from georibbon.geometry.surface import Surface
+from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
+from georibbon.ribbon import Ribbon
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """Where the survey's observations are on the fitted curves, metres.
+
+    points: (k, 3) marks, and the middles of crossings.  ends: (e, 3) both fitted
+    ends of crossings and of distances.  gaps: (2, 3) of each crossing, from one
+    curve to the other.  spans: (2, 3) of each distance.
+    """
+
+    points: FloatArray
+    ends: FloatArray
+    gaps: list[FloatArray]
+    spans: list[FloatArray]
+
+
+def survey_places(result: Reconstruction) -> Survey:
+    """The places of all observations of passes that are in the result."""
+    places = {fitted.name: fitted for fitted in result.passes}
+    points, gaps, spans = [], [], []
+    for seen in result.survey:
+        if not all(name in places for name in seen.passes):
+            continue
+        ends = _observed(seen, places)
+        if seen.kind == "distance":
+            spans.append(ends)
+        else:
+            points.append(ends.mean(axis=0))
+            gaps += [ends] if seen.kind == "crossing" else []
+    bare = np.empty((0, 3))
+    return Survey(
+        np.array(points).reshape(-1, 3), np.concatenate([bare, *gaps, *spans]), gaps, spans
+    )
+
+
+def _observed(seen: SurveyResidual, places: dict[str, FittedPass]) -> FloatArray:
+    """(passes, 3) fitted points that an observation of the survey speaks of."""
+    strips = [places[name].strip for name in seen.passes]
+    found = [
+        interpolated(np.array([at]), strip.s, strip.points)
+        for strip, at in zip(strips, seen.at, strict=True)
+    ]
+    return np.concatenate(found)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorPlaces:
+    """The sensors of all passes.
+
+    points: (k, 3) metres.  frames: (k, 3, 3), columns tau, V, N.  used: (k,), whether it counts.
+    """
+
+    points: FloatArray
+    frames: FloatArray
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+def sensor_places(result: Reconstruction) -> SensorPlaces:
+    """Where every sensor lies on every pass, as far as the pass reaches."""
+    parts = [_on_pass(fitted, result.ribbon) for fitted in result.passes]
+    points, frames, used = zip(*parts, strict=True)
+    return SensorPlaces(np.concatenate(points), np.concatenate(frames), np.concatenate(used))
+
+
+def _on_pass(
+    fitted: FittedPass, ribbon: Ribbon
+) -> tuple[FloatArray, FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    strip = fitted.strip
+    s = np.array([sensor.position for sensor in ribbon.sensors])
+    ignored = np.array([sensor.name in fitted.sensors_ignored for sensor in ribbon.sensors])
+    used = np.isfinite(fitted.residuals).any(axis=1) & ~ignored
+    inside = (s >= strip.s[0]) & (s <= strip.s[-1])
+    nearest = np.abs(strip.s[:, None] - s[inside]).argmin(axis=0)
+    points = interpolated(s[inside], strip.s, strip.points)
+    return points, strip.frames[nearest], used[inside]
+
+
+def border(surface: Surface) -> list[FloatArray]:
+    """The mesh's border as curves of (n, 3) points."""
+    points, (rows, columns) = surface.mesh.vertices, surface.shape
+    if rows * columns == len(points) and min(rows, columns) > 1:
+        number = np.arange(rows * columns).reshape(rows, columns)
+        sides = (number[0], number[1:, -1], number[-1, -2::-1], number[-2::-1, 0])
+        return [points[np.concatenate(sides)]]
+    return list(points[boundary_edges(surface.mesh)])
+
+
+def grid(low: FloatArray, high: FloatArray, step: float, level: float) -> list[FloatArray]:
+    """Lines of a level square grid from corner to corner (2,), as (2, 3) arrays."""
+    lines = []
+    for axis in (0, 1):
+        for at in np.arange(low[axis], high[axis] + step / 2, step):
+            ends = np.full((2, 3), level)
+            ends[:, axis] = at
+            ends[:, 1 - axis] = low[1 - axis], high[1 - axis]
+            lines.append(ends)
+    return lines
