@@ -2,6 +2,7 @@
 
 import threading
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QThread
 
@@ -113,10 +114,19 @@ def test_what_is_changed_survives_a_restart_with_its_undo(document, session, qtb
     assert load(session).smoothing == {}
 
 
+def previewed(document, qtbot, act):
+    """Show something and wait for its preview."""
+    with qtbot.waitSignal(document.previewed, timeout=20000) as waited:
+        act()
+    return waited.args[0]
+
+
 def test_what_is_shown_while_a_slider_moves_is_not_kept(document, session, qtbot):
-    opened(document, session, qtbot)
-    shown = changed(document, qtbot, lambda: document.preview_smoothing("P1", 0.25))
+    whole = opened(document, session, qtbot)
+    shown = previewed(document, qtbot, lambda: document.preview_smoothing("P1", 0.25))
     assert smoothing_of(shown)["P1"] == pytest.approx(0.25)
+    assert shown.surface.mesh.triangles is whole.surface.mesh.triangles
+    assert document.reconstruction is whole
     assert document.smoothing == {"P1": 0.25}
     assert document.undoable == "the survey"
     changed(document, qtbot, lambda: document.set_smoothing("P1", 0.3))
@@ -126,15 +136,146 @@ def test_what_is_shown_while_a_slider_moves_is_not_kept(document, session, qtbot
     assert values == [0.3]
 
 
+def test_what_is_shown_is_done_wholly_when_the_slider_pauses(document, session, qtbot):
+    opened(document, session, qtbot)
+    result = changed(document, qtbot, lambda: document.preview_smoothing("P1", 0.25))
+    assert document.reconstruction is result
+    assert smoothing_of(result)["P1"] == pytest.approx(0.25)
+    assert document.smoothing == {"P1": 0.25}
+    assert document.undoable == "the survey"
+
+
+def test_what_is_kept_after_previews_is_that_of_no_previews(document, session, qtbot):
+    opened(document, session, qtbot)
+    for step in range(5):
+        previewed(document, qtbot, lambda s=step: document.preview_smoothing("P1", 0.1 + 0.01 * s))
+    after = changed(document, qtbot, lambda: document.set_smoothing("P1", 0.2))
+    document.close()
+    fresh = opened(document, session, qtbot)
+    for one, other in zip(after.passes, fresh.passes, strict=True):
+        assert np.array_equal(one.strip.points, other.strip.points)
+    assert np.array_equal(after.surface.mesh.vertices, fresh.surface.mesh.vertices)
+
+
 def test_the_newest_request_wins(document, session, qtbot):
     opened(document, session, qtbot)
-    results = []
-    document.reconstructed.connect(results.append)
+    shown = []
+    document.previewed.connect(shown.append)
     for step in range(30):
         document.preview_smoothing("P1", 0.1 + 0.01 * step)
     qtbot.waitUntil(lambda: not document.is_busy)
-    assert len(results) == 2  # the first, which ran already, and the last
-    assert smoothing_of(results[-1])["P1"] == pytest.approx(0.39)
+    assert len(shown) == 2  # the first, which ran already, and the last
+    assert smoothing_of(shown[-1])["P1"] == pytest.approx(0.39)
+
+
+def test_no_words_of_work_for_what_follows_a_slider(document, session, qtbot):
+    opened(document, session, qtbot)
+    words = []
+    document.busy.connect(lambda _, what: words.append(what))
+    previewed(document, qtbot, lambda: document.preview_smoothing("P1", 0.25))
+    assert not any(words)
+
+
+EACH = [
+    ("P2", "weight", 2.0, "the weight of pass P2"),
+    ("P2", "trim", [0.02, 0.0], "the trimmed ends of pass P2"),
+    ("P1", "sensors_off", ["A02"], "the switched-off sensors of pass P1"),
+    ("*", "surface.direction", "conormal", "the surface's direction across"),
+    ("*", "neighbours", False, "the neighbours' say"),
+    ("*", "method", "paper", "the method"),
+]
+
+
+@pytest.mark.parametrize(("whose", "key", "value", "words"), EACH)
+def test_every_setting_is_undone_by_name_and_kept(
+    document, session, qtbot, whose, key, value, words
+):
+    first = opened(document, session, qtbot)
+    result = changed(document, qtbot, lambda: document.set_setting(whose, key, value))
+    assert document.undoable == words
+    assert load(session).values == {(whose, key): value}
+    assert not np.array_equal(result.surface.mesh.vertices, first.surface.mesh.vertices)
+    back = changed(document, qtbot, document.undo)
+    assert np.array_equal(back.surface.mesh.vertices, first.surface.mesh.vertices)
+    changed(document, qtbot, document.redo)
+    assert document.values == {(whose, key): value}
+
+
+def test_tuples_are_lists_in_the_session(document, session, qtbot):
+    opened(document, session, qtbot)
+    changed(document, qtbot, lambda: document.set_setting("P1", "trim", (0.01, 0.02)))
+    assert document.values == {("P1", "trim"): [0.01, 0.02]}
+    assert document.settings.trim == {"P1": (0.01, 0.02)}
+
+
+@pytest.mark.parametrize(
+    ("whose", "key", "value", "words"),
+    [
+        ("P1", "weight", 0, "the weight of pass P1 is 0"),
+        ("P1", "trim", [0.1], "two numbers"),
+        ("P1", "surface.direction", "chord", "all passes together"),
+        ("*", "surface.direction", "sideways", "sideways"),
+        ("*", "colour", "blue", "no setting"),
+    ],
+)
+def test_what_means_nothing_is_refused_and_not_kept(
+    document, session, qtbot, whose, key, value, words
+):
+    opened(document, session, qtbot)
+    failed = []
+    document.failed.connect(failed.append)
+    assert not document.set_setting(whose, key, value)
+    assert words in failed[0]
+    assert document.values == {}
+    assert document.undoable == "the survey"
+    qtbot.waitUntil(lambda: not document.is_busy)
+
+
+def test_what_cannot_be_done_is_kept_told_and_undone(document, session, qtbot):
+    opened(document, session, qtbot)
+    with qtbot.waitSignal(document.failed, timeout=20000) as waited:
+        document.set_setting("P1", "trim", [0.4, 0.4])
+    assert "leave 0 mm" in waited.args[0]
+    assert document.failure == waited.args[0]
+    changed(document, qtbot, document.undo)
+    assert document.failure is None
+
+
+def test_settings_are_reset_in_one_step_and_by_name(document, session, qtbot):
+    opened(document, session, qtbot)
+    chosen = {
+        ("P1", "weight"): 2.0,
+        ("P1", "smoothing"): 0.1,
+        ("P2", "smoothing"): 0.2,
+        ("*", "surface.direction"): "conormal",
+        ("*", "surface.interior"): "c1-lines",
+    }
+    changed(document, qtbot, lambda: document.set_settings(chosen))
+    assert document.undoable == "the settings of all passes"
+    for of, left, words in (
+        ({"whose": "P1"}, 3, "the settings of pass P1"),
+        ({"keys": ("surface.direction", "surface.interior")}, 3, "the settings of the surface"),
+        ({"keys": ("smoothing",)}, 3, "the smoothing of all passes"),
+        ({}, 0, "the settings of all passes"),
+    ):
+        changed(document, qtbot, lambda of=of: document.reset_settings(**of))
+        assert len(document.values) == left
+        assert document.undoable == words
+        changed(document, qtbot, document.undo)
+        assert document.values == chosen
+        assert document.redoable == words
+
+
+def test_a_bad_value_of_another_program_is_told_once_and_left_out(document, session, qtbot):
+    with Session.open(session) as other:
+        other.do("setting", **{"pass": "P1", "key": "weight", "value": "heavy"})
+        other.do("setting", **{"pass": "P2", "key": "smoothing", "value": 0.2})
+    failed = []
+    document.failed.connect(failed.append)
+    result = opened(document, session, qtbot)
+    assert smoothing_of(result)["P2"] == pytest.approx(0.2)
+    changed(document, qtbot, lambda: document.set_smoothing("P1", 0.1))
+    assert [one for one in failed if "heavy" in one] == failed[:1] == failed
 
 
 def test_only_what_changed_is_fitted_again(document, session, qtbot, monkeypatch):

@@ -8,22 +8,34 @@ come on the main thread.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QCoreApplication, QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+from PySide6.QtCore import (
+    QCoreApplication,
+    QObject,
+    QRunnable,
+    Qt,
+    QThreadPool,
+    QTimer,
+    Signal,
+    Slot,
+)
 
 from georibbon.errors import GeoribbonError, StorageError
 
 if TYPE_CHECKING:
-    from georibbon.gui.sources import Opened, PassEntry
+    from georibbon.fitting.settings import ReconstructionSettings
+    from georibbon.gui.sources import Changes, Opened, PassEntry
     from georibbon.reconstruction import Reconstruction, Stages
     from georibbon.session.session import Session
 
 EVERY_PASS = "*"
 LEAST_PASSES = 2  # that span a surface
+SMOOTHING = "smoothing"
+PAUSE_MS = 300  # after which what is shown while a slider is held is done wholly
 DEMONSTRATION = "car bonnet.georibbon"
 
 
@@ -48,14 +60,16 @@ class Document(QObject):
 
     changed(what): "source" where another one is open or none is; "passes" where a
     capture has changed what it holds; "settings" where a setting or what can be
-    undone has changed.  reconstructed(result).  failed(sentence): what a person
-    can mend.  not_yet(sentence): why what is captured so far gives no surface.
-    fault(exception): what is ours.  told(sentence): what a person must know.
-    busy(whether, words).
+    undone has changed.  reconstructed(result).  previewed(result): about what it
+    will be, while a slider moves: the curves and the surface's vertices, all else
+    as it was.  failed(sentence): what a person can mend.  not_yet(sentence): why
+    what is captured so far gives no surface.  fault(exception): what is ours.
+    told(sentence): what a person must know.  busy(whether, words).
     """
 
     changed = Signal(str)
     reconstructed = Signal(object)
+    previewed = Signal(object)
     failed = Signal(str)
     not_yet = Signal(str)
     fault = Signal(object)
@@ -68,7 +82,12 @@ class Document(QObject):
         self._source: Opened | None = None
         self._stages: list[Stages] = []  # one, as soon as there is any
         self._result: Reconstruction | None = None
-        self._preview: dict[str, float | None] = {}
+        self._preview: dict[tuple[str, str], object] = {}
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(PAUSE_MS)
+        self._pause.timeout.connect(self.reconstruct)
+        self._told: set[str] = set()
         self._pool = QThreadPool()
         self._pool.setMaxThreadCount(1)
         self._running: tuple[int, Callable[..., None]] | None = None
@@ -111,18 +130,30 @@ class Document(QObject):
         return self._result
 
     @property
-    def smoothing(self) -> Mapping[str, float]:
-        """Metres, by the pass's name or "*" for all others; what is missing is automatic."""
+    def values(self) -> Mapping[tuple[str, str], object]:
+        """What is chosen, as a session keeps it, by whose and key; previews counted in."""
         if self._source is None:
             return {}
         from georibbon.gui.sources import changed
 
-        try:
-            kept = self._source.smoothing
-        except GeoribbonError as error:  # a session of another program's making
-            self.failed.emit(str(error))
-            kept = {}
-        return changed(kept, self._preview)
+        return changed(self._source.values, self._preview)
+
+    @property
+    def settings(self) -> ReconstructionSettings:
+        """What is chosen, previews counted in; what means nothing is as where nothing is chosen."""
+        from georibbon.session.settings import sound_settings
+
+        settings, wrong = sound_settings(self.values, [one.name for one in self.passes])
+        for sentence in wrong:  # a session of another program's making
+            if sentence not in self._told:
+                self._told.add(sentence)
+                self.failed.emit(sentence)
+        return settings
+
+    @property
+    def smoothing(self) -> Mapping[str, float]:
+        """Metres, by the pass's name or "*" for all others; what is missing is automatic."""
+        return {} if self._source is None else self.settings.smoothing
 
     @property
     def undoable(self) -> str | None:
@@ -237,33 +268,72 @@ class Document(QObject):
         self._pool.waitForDone()
         QCoreApplication.sendPostedEvents(self)  # what was opened meanwhile is let go
 
+    def preview_setting(self, whose: str, key: str, value: object) -> None:
+        """Show a setting of a pass, or of "*", while a slider moves; nothing is kept of it."""
+        if self._source is None:
+            return
+        self._preview[whose, key] = value
+        self._pause.start()
+        self._work(_previewing, self._previewed, "")
+
+    def set_setting(self, whose: str, key: str, value: object) -> bool:
+        """Choose a setting of a pass, or of "*"; None takes it back.
+
+        The keys and values are those of `georibbon.session.settings`.  Whether
+        it means anything; if not, `failed` says why, and nothing is changed.
+        """
+        return self.set_settings({(whose, key): value})
+
+    def set_settings(self, changes: Changes) -> bool:
+        """Choose several settings in one step of undo, as `set_setting` does one."""
+        source = self._source
+        if source is None:
+            return False
+        from georibbon.fitting.settings import ReconstructionSettings
+        from georibbon.session.settings import with_setting
+
+        self._end_preview()
+        try:
+            for (whose, key), value in changes.items():
+                with_setting(ReconstructionSettings(), whose, key, value)
+        except GeoribbonError as error:
+            self.failed.emit(str(error))
+            self.reconstruct()
+            return False
+        now = source.values
+        new = {place: _kept(value) for place, value in changes.items()}
+        new = {place: value for place, value in new.items() if now.get(place) != value}
+        if new:
+            self._do(lambda: source.change(new))
+        else:
+            self.reconstruct()  # what was shown while the slider moved
+        return True
+
+    def reset_settings(self, keys: Collection[str] | None = None, whose: str | None = None) -> None:
+        """Take settings back in one step of undo: those of some keys, of one pass, or all."""
+        self.set_settings(
+            {
+                (of, key): None
+                for of, key in ({} if self._source is None else self._source.values)
+                if (keys is None or key in keys) and (whose is None or of == whose)
+            }
+        )
+
     def preview_smoothing(self, name: str, metres: float | None) -> None:
         """Show a smoothing while a slider moves; nothing is kept of it."""
-        if self._source is not None:
-            self._preview[name] = metres
-            self.reconstruct()
+        self.preview_setting(name, SMOOTHING, metres)
 
     def set_smoothing(self, name: str, metres: float | None) -> None:
         """Smooth a pass, or "*" for all others, by so many metres; None: automatically."""
-        self._smooth({name: metres})
+        self.set_setting(name, SMOOTHING, metres)
 
     def reset_smoothing(self) -> None:
         """All passes automatically, in one step of undo."""
-        if self._source is not None:
-            self._preview.clear()
-            self._smooth(dict.fromkeys(self.smoothing))
+        self.reset_settings((SMOOTHING,))
 
-    def _smooth(self, changes: Mapping[str, float | None]) -> None:
-        source = self._source
-        if source is None:
-            return
+    def _end_preview(self) -> None:
         self._preview.clear()
-        now = self.smoothing
-        changes = {name: value for name, value in changes.items() if now.get(name) != value}
-        if changes:
-            self._do(lambda: source.smooth(changes))
-        else:
-            self.reconstruct()  # what was shown while the slider moved
+        self._pause.stop()
 
     def undo(self) -> str | None:
         """Take the last step back; in words what it was."""
@@ -276,7 +346,7 @@ class Document(QObject):
         return None if source is None or source.redoable is None else self._do(source.redo)
 
     def _do(self, act: Callable[[], str | None]) -> str | None:
-        self._preview.clear()
+        self._end_preview()
         words = None
         try:
             words = act()
@@ -291,24 +361,32 @@ class Document(QObject):
 
     def reconstruct(self) -> None:
         """Bring the reconstruction up to date, refitting what has changed."""
+        self._work(_reconstructing, self._reconstructed, "reconstructing")
+
+    def _work(
+        self,
+        way: Callable[..., Reconstruction],
+        then: Callable[[Opened, Reconstruction], None],
+        words: str,
+    ) -> None:
+        """Have the reconstruction done one way or the other with the settings of now."""
         source = self._source
         if source is None:
             return
-        smoothing, held = dict(self.smoothing), self._stages
+        _ = self.settings  # tells what in them means nothing
+        values, held = dict(self.values), self._stages
 
         def work() -> Reconstruction:
-            from georibbon.reconstruction import ReconstructionSettings, Stages, reconstruct
+            from georibbon.reconstruction import Stages
+            from georibbon.session.settings import sound_settings
 
             if not held:
                 held.append(Stages())
             recording = source.recording()
-            there = {EVERY_PASS, *(one.name for one in recording.passes)}
-            settings = ReconstructionSettings(
-                smoothing={name: value for name, value in smoothing.items() if name in there}
-            )
-            return reconstruct(recording, settings, source.calibration, held[0])
+            settings, _ = sound_settings(values, [one.name for one in recording.passes])
+            return way(recording, settings, source.calibration, held[0])
 
-        self._ask(work, partial(self._reconstructed, source), "reconstructing")
+        self._ask(work, partial(then, source), words)
 
     def _ask(self, work: Callable[[], object], then: Callable[..., None], words: str) -> None:
         """Have work done; `then` gets its result on the main thread."""
@@ -322,7 +400,8 @@ class Document(QObject):
             return
         self._number += 1
         self._running = (self._number, then)
-        self.busy.emit(True, words)
+        if words:
+            self.busy.emit(True, words)
         self._pool.start(_Job(self._number, work, self._finished.emit))
 
     @Slot(int, object, object)
@@ -374,6 +453,10 @@ class Document(QObject):
             self._result, self._failure = result, None
             self.reconstructed.emit(result)
 
+    def _previewed(self, source: Opened, result: Reconstruction) -> None:
+        if source is self._source and self._preview:
+            self.previewed.emit(result)
+
     def _replace(self, source: Opened | None, discard: bool = False) -> bool:
         """Close what is open, and have another in its place; not where that cannot be written."""
         old = self._source
@@ -386,9 +469,27 @@ class Document(QObject):
                 return False
         self._source = source
         self._stages, self._result, self._failure = [], None, None
-        self._preview.clear()
+        self._told.clear()
+        self._end_preview()
         if self._waiting is not None and self._waiting[1] != self._opened:
             self._waiting = None
         if old is not source:
             self.changed.emit("source")
         return True
+
+
+def _reconstructing(*inputs: Any) -> Reconstruction:
+    from georibbon.reconstruction import reconstruct
+
+    return reconstruct(*inputs)
+
+
+def _previewing(*inputs: Any) -> Reconstruction:
+    from georibbon.reconstruction_preview import preview
+
+    return preview(*inputs)
+
+
+def _kept(value: object) -> object:
+    """A value as a session keeps it."""
+    return list(value) if isinstance(value, tuple) else value

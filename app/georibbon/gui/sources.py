@@ -10,18 +10,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from georibbon.session.events import EVERY_PASS
+from georibbon.session.actions import setting_in_words
 from georibbon.session.restoring import recording_of
 from georibbon.session.session import Session
-from georibbon.session.source import SMOOTHING, folder_of, smoothing_of
+from georibbon.session.settings import BY_PASS, SURFACE, Values
+from georibbon.session.source import folder_of
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.recording import PassKind, Recording
     from georibbon.session.state import CapturedPass
 
-Changes = Mapping[str, float | None]
-RESET = "the smoothing of all passes"
+Changes = Mapping[tuple[str, str], object]  # by whose ("*" for all) and key; None takes it back
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Opened(Protocol):
         """The passes and ties in their order."""
 
     @property
-    def smoothing(self) -> Mapping[str, float]:
-        """Metres, by the pass's name or "*" for all others."""
+    def values(self) -> Values:
+        """The settings as they are kept."""
 
     @property
     def calibration(self) -> "Calibration | None":
@@ -67,8 +67,8 @@ class Opened(Protocol):
     def recording(self) -> "Recording":
         """The same object as long as nothing that was captured changes."""
 
-    def smooth(self, changes: Changes) -> None:
-        """Change the smoothing of passes; None: back to automatic.  One step of undo."""
+    def change(self, changes: Changes) -> None:
+        """Change settings; None takes one back.  One step of undo."""
 
     def undo(self) -> str | None:
         """Take the last step back; in words what it was."""
@@ -99,19 +99,24 @@ def open_source(path: Path) -> Opened:
 
 
 def in_words(changes: Changes) -> str:
-    """What a change of smoothing is called."""
-    if len(changes) > 1 or EVERY_PASS in changes:
-        return RESET
-    return f"the smoothing of pass {next(iter(changes))}"
+    """What a change of settings is called."""
+    keys, of = {key for _, key in changes}, {whose for whose, _ in changes}
+    if len(changes) == 1:
+        return setting_in_words(*next(iter(changes)))
+    if len(keys) == 1 and keys <= set(BY_PASS):
+        return setting_in_words("*", keys.pop())
+    if all(key.startswith(SURFACE) for key in keys):
+        return "the settings of the surface"
+    return "the settings of all passes" if len(of) > 1 else f"the settings of pass {of.pop()}"
 
 
 class Edits:
-    """Smoothing that is kept in memory alone, with its undo."""
+    """Settings that are kept in memory alone, with their undo."""
 
-    def __init__(self, smoothing: Mapping[str, float]) -> None:
-        self.smoothing = dict(smoothing)
-        self._done: list[tuple[str, dict[str, float]]] = []
-        self._undone: list[tuple[str, dict[str, float]]] = []
+    def __init__(self, values: Values) -> None:
+        self.values: Values = dict(values)
+        self._done: list[tuple[str, Values]] = []
+        self._undone: list[tuple[str, Values]] = []
 
     @property
     def undoable(self) -> str | None:
@@ -121,10 +126,10 @@ class Edits:
     def redoable(self) -> str | None:
         return self._undone[-1][0] if self._undone else None
 
-    def smooth(self, changes: Changes) -> None:
-        self._done.append((in_words(changes), self.smoothing))
+    def change(self, changes: Changes) -> None:
+        self._done.append((in_words(changes), self.values))
         self._undone.clear()
-        self.smoothing = changed(self.smoothing, changes)
+        self.values = changed(self.values, changes)
 
     def undo(self) -> str | None:
         return self._go(self._done, self._undone)
@@ -132,21 +137,19 @@ class Edits:
     def redo(self) -> str | None:
         return self._go(self._undone, self._done)
 
-    def _go(
-        self, source: list[tuple[str, dict[str, float]]], target: list[tuple[str, dict[str, float]]]
-    ) -> str | None:
+    def _go(self, source: list[tuple[str, Values]], target: list[tuple[str, Values]]) -> str | None:
         if not source:
             return None
-        words, smoothing = source.pop()
-        target.append((words, self.smoothing))
-        self.smoothing = smoothing
+        words, values = source.pop()
+        target.append((words, self.values))
+        self.values = values
         return words
 
 
-def changed(smoothing: Mapping[str, float], changes: Changes) -> dict[str, float]:
-    """The smoothing after some changes."""
-    merged = {**smoothing, **changes}
-    return {name: value for name, value in merged.items() if value is not None}
+def changed(values: Values, changes: Changes) -> Values:
+    """The settings after some changes."""
+    merged = {**values, **changes}
+    return {place: value for place, value in merged.items() if value is not None}
 
 
 class OpenedRecording(Edits):
@@ -241,48 +244,50 @@ class OpenedSession(_OfSession):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._steps: list[range] = []  # ids of events that undo and redo go over together
+        # Ids of events that undo and redo go over together, and what they are called.
+        self._steps: list[tuple[frozenset[int], str]] = []
 
     @property
-    def smoothing(self) -> Mapping[str, float]:
-        return smoothing_of(self.session.state, self.path.name)
+    def values(self) -> Values:
+        return self.session.state.settings
 
     @property
     def undoable(self) -> str | None:
         state = self.session.state
-        return RESET if state.done and self._step(state.done[-1]) else state.undoable
+        step = self._step(state.done)
+        return step[1] if step else state.undoable
 
     @property
     def redoable(self) -> str | None:
         state = self.session.state
-        return RESET if state.undone and self._step(state.undone[-1]) else state.redoable
+        step = self._step(state.undone)
+        return step[1] if step else state.redoable
 
-    def smooth(self, changes: Changes) -> None:
+    def change(self, changes: Changes) -> None:
         events = [
-            self.session.do("setting", **{"pass": name, "key": SMOOTHING, "value": value})
-            for name, value in changes.items()
+            self.session.do("setting", **{"pass": whose, "key": key, "value": value})
+            for (whose, key), value in changes.items()
         ]
         if len(events) > 1:
-            self._steps.append(range(events[0].id, events[-1].id + 1))
+            self._steps.append((frozenset(one.id for one in events), in_words(changes)))
 
     def undo(self) -> str | None:
-        words, state = self.undoable, self.session.state
-        step = self._step(state.done[-1]) if state.done else None
+        words, step = self.undoable, self._step(self.session.state.done)
         self.session.undo()
-        while step and self.session.state.done and self.session.state.done[-1] in step:
+        while step and self._step(self.session.state.done) is step:
             self.session.undo()
         return words
 
     def redo(self) -> str | None:
-        words, state = self.redoable, self.session.state
-        step = self._step(state.undone[-1]) if state.undone else None
+        words, step = self.redoable, self._step(self.session.state.undone)
         self.session.redo()
-        while step and self.session.state.undone and self.session.state.undone[-1] in step:
+        while step and self._step(self.session.state.undone) is step:
             self.session.redo()
         return words
 
-    def _step(self, event: int) -> range | None:
-        return next((step for step in self._steps if event in step), None)
+    def _step(self, events: Sequence[int]) -> tuple[frozenset[int], str] | None:
+        """The step that the next of these events belongs to, where it is one of several."""
+        return next((step for step in self._steps if events and events[-1] in step[0]), None)
 
 
 class ReadOnlySession(_OfSession):
@@ -292,11 +297,11 @@ class ReadOnlySession(_OfSession):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._edits = Edits(smoothing_of(session.state, session.path.name))
+        self._edits = Edits(session.state.settings)
 
     @property
-    def smoothing(self) -> Mapping[str, float]:
-        return self._edits.smoothing
+    def values(self) -> Values:
+        return self._edits.values
 
     @property
     def undoable(self) -> str | None:
@@ -306,8 +311,8 @@ class ReadOnlySession(_OfSession):
     def redoable(self) -> str | None:
         return self._edits.redoable
 
-    def smooth(self, changes: Changes) -> None:
-        self._edits.smooth(changes)
+    def change(self, changes: Changes) -> None:
+        self._edits.change(changes)
 
     def undo(self) -> str | None:
         return self._edits.undo()
