@@ -116,13 +116,16 @@ def patches_at(model: PatchSet, u: FloatArray) -> Patches:
     """
     first, last = model.match.ends[model.match.middle]
     centre = np.clip(u, first + STEP, last - STEP)
-    places = np.concatenate([u, centre - STEP, centre, centre + STEP])
+    beside, count = centre != u, len(u)
+    places = np.concatenate([u, centre - STEP, centre + STEP, centre[beside]])
     rails = rails_at(model, places)
     controls = control_of(rails, model.scheme, places)
-    control, before, middle, after = np.split(controls, 4, axis=1)
+    control, before, after, rest = np.split(controls, [count, 2 * count, 3 * count], axis=1)
+    middle = control.copy()
+    middle[:, beside] = rest
     bend = (before - 2.0 * middle + after) / STEP**2
     slope = (after - before) / (2.0 * STEP) + (u - centre)[:, None, None] * bend
-    here = Rails(rails.points[:, : len(u)], rails.frames[:, : len(u)])
+    here = Rails(rails.points[:, :count], rails.frames[:, :count])
     return Patches(here, control, slope, bend)
 
 
