@@ -4,7 +4,8 @@ Nothing heavy is imported here: a command's module is loaded when that command
 is asked for, and numpy and all else when it runs.
 
 Exit codes: 0 done; 2 the input is at fault, told in one sentence on standard
-error; 1 a fault of the program; 130 interrupted.
+error; 1 a fault of the program, or, of `batch`, a session that failed; 130
+interrupted.
 """
 
 import codecs
@@ -34,6 +35,7 @@ COMMANDS = {
     "info": ("sessions", "tell what a recording or session holds"),
     "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
+    "batch": ("batch", "reconstruct many sessions, several at a time"),
     "import": ("sessions", "put a recording folder into a session file"),
     "export": ("sessions", "write a session's raw data as a recording folder"),
     "check": ("check", "verify a session; save what can be read of a damaged one"),
