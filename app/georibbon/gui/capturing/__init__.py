@@ -1,0 +1,1 @@
+"""The capture wizard: the plan, pass after pass, the survey."""
