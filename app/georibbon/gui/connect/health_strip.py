@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolButton, QWidget
 
 from georibbon.gui.connect.signs import SIZE, sign_icon, sign_of
 from georibbon.gui.connect.words import state_words
-from georibbon.gui.language import tr
+from georibbon.gui.language import tr, trn
 from georibbon.gui.theme import colours_of
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ class HealthStrip(QToolButton):
                 tr("{n} frames since the connection began", n=health.frames),
                 *(text for text, _ in _figures(health)),
                 tr("{n} of a kind not known", n=health.unknown),
-                tr("{n} restarts of the ribbon", n=health.restarts),
+                trn("{n} restart of the ribbon", "{n} restarts of the ribbon", health.restarts),
             ]
         lines.append(tr("Press it to see the Connect page."))
         return "\n".join(line for line in lines if line)
@@ -142,6 +142,6 @@ def _figures(health: Health) -> list[tuple[str, int]]:
     return [
         (tr("{n} lost", n=health.lost), health.lost),
         (tr("{n} damaged", n=health.damaged), health.damaged),
-        (tr("{n} stalls", n=health.stalls), health.stalls),
-        (tr("{n} reconnects", n=health.reconnects), health.reconnects),
+        (trn("{n} stall", "{n} stalls", health.stalls), health.stalls),
+        (trn("{n} reconnect", "{n} reconnects", health.reconnects), health.reconnects),
     ]

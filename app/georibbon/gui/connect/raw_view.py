@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QLabel, QSplitter, QVBoxLayout, QWidget
 
+from georibbon.device.telling import LinkState
 from georibbon.gui.connect.raw import RawReadings, RawState
 from georibbon.gui.connect.ribbon_drawing import RibbonDrawing
 from georibbon.gui.connect.sensor_table import SensorTable
@@ -48,9 +49,7 @@ class RawView(QWidget):
         self.where.setWordWrap(True)
         self.where.setAccessibleName(tr("The chosen sensor"))
         self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.hint = QLabel(
-            tr("Tap a sensor with a finger, or bring a magnet near it: it flashes in the drawing.")
-        )
+        self.hint = QLabel()
         self.hint.setWordWrap(True)
         self._timer = QTimer(self)
         self._timer.setInterval(EVERY)
@@ -60,10 +59,12 @@ class RawView(QWidget):
         self.table.chosen.connect(self.choose)
         parts.units.changed.connect(self._say_where)
         parts.station.identified.connect(self._take_ribbon)
+        parts.station.changed.connect(self._say_how)
         parts.station.disconnected.connect(self._let_go)
         if parts.station.identity is not None:
             self._take_ribbon(parts.station.identity)
         self._say_where()
+        self._say_how()
 
     @property
     def chosen(self) -> int | None:
@@ -135,6 +136,16 @@ class RawView(QWidget):
         """No ribbon any more: what it said last stays to be looked at."""
         self._timer.stop()
         self._link = self._reader = None
+        self._say_how()
+
+    def _say_how(self, *_: object) -> None:
+        """How a person finds out which sensor is which; or that what is seen is not of now."""
+        if self._ribbon is not None and self._station.state is not LinkState.STREAMING:
+            self.hint.setText(tr("No frames come now: these are the last values."))
+        else:
+            self.hint.setText(
+                tr("Tap a sensor, or bring a magnet near it: it flashes in the drawing.")
+            )
 
     def _refresh(self) -> None:
         if self._reader is None:

@@ -37,10 +37,10 @@ TIPS = (
     N_("Standard deviation of an axis over half a second, in thousandths"),
     N_("What is wrong with it"),
 )
-WIDTHS = (64, 112, 88, 128, 128, 128, 68, 64, 96)
+WIDTHS = (58, 106, 82, 104, 104, 104, 60, 54, 84)
 LIVE = (X, Y, Z, NORM, NOISE, STATE)
 FULL = 1.5  # at the end of a bar: g, or times the field
-NUMBER = 56  # px beside the bar
+NUMBER = 54  # px beside the bar
 EDGE = 4  # px
 
 

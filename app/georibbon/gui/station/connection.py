@@ -3,6 +3,7 @@
 Made and closed in a worker thread: both may take a while.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -52,13 +53,15 @@ def to_port(
     return Connection(link, LinkDiary(link))
 
 
-def to_virtual(settings: VirtualSettings | None, way: Way) -> Connection:
+def to_virtual(
+    settings: VirtualSettings | Callable[[], VirtualSettings] | None, way: Way
+) -> Connection:
     """To a virtual ribbon of our own, through a real port.
 
-    way: "pty", or "tcp", which is also taken where there are no
+    settings: or what makes them.  way: "pty", or "tcp", which is also taken where there are no
     pseudo-terminals.  Raises what a `VirtualRibbon` refuses.
     """
-    world = VirtualRibbon(settings)
+    world = VirtualRibbon(settings() if callable(settings) else settings)
     served = _serve(world, way)
     try:
         link = Link(served.url, ribbon_id=world.ribbon.id)

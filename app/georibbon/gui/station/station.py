@@ -162,8 +162,15 @@ class Station(QObject):
 
         self._connect(make, tr("opening {port}", port=told(url)))
 
-    def connect_virtual(self, settings: VirtualSettings | None = None, way: Way = "pty") -> None:
-        """Connect to a virtual ribbon that is started inside, through a real port."""
+    def connect_virtual(
+        self,
+        settings: VirtualSettings | Callable[[], VirtualSettings] | None = None,
+        way: Way = "pty",
+    ) -> None:
+        """Connect to a virtual ribbon that is started inside, through a real port.
+
+        settings: or what makes them, in the worker, where that loads much.
+        """
 
         def make() -> Connection:
             from georibbon.gui.station.connection import to_virtual
