@@ -18,8 +18,11 @@ D = det(T0, c, T1) and L the line's length:
 
     e = (AG - H²) - 6 (AI - HB) B/A + 9 W B²/A²
 
-is |d(kappa n)/dv|² A³, of the curvature as a vector; the literal criterion 2
-has (AI - HB)² / (W + eps) in the place of AG - H².  Criteria 1 to 3 are those
+where e/A³ is the square of the derivative of the curvature vector kappa n,
+its part along the line left out: (d kappa/dv)² and kappa² times the squared
+turn of the normal.  That is smooth where the curvature vanishes.  The literal
+criterion 2 has (AI - HB)² / (W + eps) in the place of AG - H²: (d kappa/dv)²
+alone, with a corner there.  Criteria 1 to 3 are those
 of Sprynski, Szafran, Lacolle and Biard (2008).  The second and third fall
 without end as the lengths grow, and none bends them back where a line is
 straight; so all but the first are anchored, weight |log lambda - log arc|²
@@ -314,43 +317,64 @@ def newton(rule: Quadrature, lines: Lines, anchors: FloatArray) -> tuple[FloatAr
     reach = np.full(len(x), GREATEST_STEP)
     jet = anchored(rule, lines, x, anchors)
     for _ in range(ITERATIONS):
-        tried = np.clip(x[active] + bounded_step(jet, x[active], reach[active]), -BOX, BOX)
-        size = np.abs(tried - x[active]).max(axis=1)
-        done = size < TOLERANCE
-        x[active[done]], settled[active[done]] = tried[done], True
-        active, jet, tried, size = active[~done], jet[:, ~done], tried[~done], size[~done]
+        step = bounded_step(jet, x[active], reach[active])
+        size = np.abs(step).max(axis=1)
+        done = (size < TOLERANCE) & (size < reach[active])
+        x[active[done]] += step[done]
+        settled[active[done]] = True
+        active, jet, step, size = active[~done], jet[:, ~done], step[~done], size[~done]
         if len(active) == 0:
             break
-        trial = anchored(rule, lines[active], tried, anchors[active])
+        trial = anchored(rule, lines[active], x[active] + step, anchors[active])
         better = trial[0] <= jet[0] + ROUNDING * (1.0 + np.abs(jet[0]))
-        x[active[better]] = tried[better]
-        reach[active] = np.where(better, np.minimum(2.0 * reach[active], GREATEST_STEP), 0.5 * size)
+        x[active[better]] += step[better]
+        wider = np.minimum(2.0 * reach[active], GREATEST_STEP)
+        reach[active] = np.where(better, wider, 0.5 * size)
         jet = np.where(better, trial, jet)
     return x, settled
 
 
 def bounded_step(jet: Jet, x: FloatArray, reach: FloatArray) -> FloatArray:
-    """(n, 2) Newton's step, with the Hessian made positive, within `reach` (n,) for each length.
+    """(n, 2) the step to the minimum of the quadratic within the bounds and `reach` (n,).
 
-    A length at a bound that the gradient pushes outward stays.
+    The Hessian is made positive where it is not.  Where Newton's step leads
+    outside, the minimum lies on one of the four sides.
     """
-    gradient = jet[1:3].copy()
-    h00, h01, h11 = jet[3].copy(), jet[4].copy(), jet[5].copy()
-    held = ((x.T >= BOX) & (gradient < 0.0)) | ((x.T <= -BOX) & (gradient > 0.0))
-    gradient[held] = 0.0
-    h01[held.any(axis=0)] = 0.0
-    h00[held[0]] = h11[held[1]] = 1.0
-    middle, half = 0.5 * (h00 + h11), 0.5 * (h00 - h11)
-    spread = np.hypot(half, h01)
-    least, greatest = middle - spread, np.abs(middle) + spread
-    floor = np.maximum(1e-6 * greatest, SMALLEST_SHIFT)
-    shift = np.where(least < floor, np.maximum(floor - least, 0.0) + np.abs(least), 0.0)
-    h00, h11 = h00 + shift, h11 + shift
-    determinant = h00 * h11 - h01 * h01
-    step = np.stack(
-        [h01 * gradient[1] - h11 * gradient[0], h01 * gradient[0] - h00 * gradient[1]], axis=1
-    )
-    step /= determinant[:, None]
-    size = np.abs(step).max(axis=1)
-    bounded: FloatArray = step * np.minimum(1.0, reach / np.maximum(size, 1e-300))[:, None]
-    return bounded
+    low, high = np.maximum(-BOX - x.T, -reach), np.minimum(BOX - x.T, reach)
+    g, h01 = jet[1:3], jet[4]
+    h = jet[[3, 5]] + positive_shift(jet)
+    step = np.stack([h01 * g[1] - h[1] * g[0], h01 * g[0] - h[0] * g[1]])
+    step /= h[0] * h[1] - h01 * h01
+    out = ((step < low) | (step > high)).any(axis=0)
+    if out.any():
+        step[:, out] = least_side(g[:, out], h[:, out], h01[out], low[:, out], high[:, out])
+    return step.T
+
+
+def least_side(
+    g: FloatArray, h: FloatArray, h01: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """(2, n) the minimum of g.s + s.(H s)/2 on the sides of the rectangles from low to high (2, n).
+
+    h: (2, n), h01: (n,), the Hessians' diagonals and other element.
+    """
+    step, best = np.zeros_like(g), np.full(g.shape[1], np.inf)
+    for fixed, bound in ((0, low), (0, high), (1, low), (1, high)):
+        other = 1 - fixed
+        side = np.empty_like(g)
+        side[fixed] = bound[fixed]
+        free = -(g[other] + h01 * side[fixed]) / h[other]
+        side[other] = np.clip(free, low[other], high[other])
+        value = np.sum(g * side + 0.5 * h * side * side, axis=0) + h01 * side[0] * side[1]
+        step = np.where(value < best, side, step)
+        best = np.minimum(best, value)
+    return step
+
+
+def positive_shift(jet: Jet) -> FloatArray:
+    """(n,) what makes the Hessians positive when added to their diagonals."""
+    middle, half = 0.5 * (jet[3] + jet[5]), 0.5 * (jet[3] - jet[5])
+    spread = np.hypot(half, jet[4])
+    least, floor = middle - spread, np.maximum(1e-6 * (np.abs(middle) + spread), SMALLEST_SHIFT)
+    shift: FloatArray = np.where(least < floor, floor - least + np.abs(least), 0.0)
+    return shift
