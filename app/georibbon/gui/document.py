@@ -27,6 +27,7 @@ from PySide6.QtCore import (
 from georibbon.errors import GeoribbonError, StorageError
 
 if TYPE_CHECKING:
+    from georibbon.calibration.model import Calibration
     from georibbon.fitting.settings import ReconstructionSettings
     from georibbon.gui.sources import Changes, Opened, PassEntry
     from georibbon.reconstruction import Reconstruction, Stages
@@ -311,11 +312,13 @@ class Document(QObject):
 
     def reset_settings(self, keys: Collection[str] | None = None, whose: str | None = None) -> None:
         """Take settings back in one step of undo: those of some keys, of one pass, or all."""
+        from georibbon.session.settings import KEYS  # others are another program's
+
         self.set_settings(
             {
                 (of, key): None
                 for of, key in ({} if self._source is None else self._source.values)
-                if (keys is None or key in keys) and (whose is None or of == whose)
+                if key in (KEYS if keys is None else keys) and (whose is None or of == whose)
             }
         )
 
@@ -330,6 +333,25 @@ class Document(QObject):
     def reset_smoothing(self) -> None:
         """All passes automatically, in one step of undo."""
         self.reset_settings((SMOOTHING,))
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """What stands in for the poses of what is open; None where they are used themselves."""
+        return None if self._source is None else self._source.calibration
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether what is open holds calibration poses of its own."""
+        return self._source is not None and self._source.has_poses
+
+    def use_calibration(self, calibration: Calibration | None) -> None:
+        """Have a calibration stand in for the poses, or the poses again; undone by name.
+
+        A session keeps it; `failed` tells where it is of another ribbon.
+        """
+        source = self._source
+        if source is not None:
+            self._do(lambda: source.use_calibration(calibration))
 
     def _end_preview(self) -> None:
         self._preview.clear()

@@ -10,17 +10,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from georibbon.calibration.serial import check_fits, to_dict
 from georibbon.session.actions import setting_in_words
 from georibbon.session.restoring import recording_of
 from georibbon.session.session import Session
 from georibbon.session.settings import BY_PASS, SURFACE, Values
-from georibbon.session.source import folder_of
+from georibbon.session.source import CALIBRATION, KEPT, calibration_of, folder_of
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.recording import PassKind, Recording
     from georibbon.session.state import CapturedPass
 
+CALIBRATED = "the calibration"
 Changes = Mapping[tuple[str, str], object]  # by whose ("*" for all) and key; None takes it back
 
 
@@ -54,7 +56,11 @@ class Opened(Protocol):
 
     @property
     def calibration(self) -> "Calibration | None":
-        """What stands in for the poses, where there are none."""
+        """What stands in for the poses, where there are none or where that was chosen."""
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether it holds calibration poses of its own."""
 
     @property
     def undoable(self) -> str | None:
@@ -69,6 +75,12 @@ class Opened(Protocol):
 
     def change(self, changes: Changes) -> None:
         """Change settings; None takes one back.  One step of undo."""
+
+    def use_calibration(self, calibration: "Calibration | None") -> None:
+        """Have a calibration stand in for the poses; None: the poses.  One step of undo.
+
+        Raises CalibrationError or SessionError where it is of another ribbon.
+        """
 
     def undo(self) -> str | None:
         """Take the last step back; in words what it was."""
@@ -127,7 +139,13 @@ class Edits:
         return self._undone[-1][0] if self._undone else None
 
     def change(self, changes: Changes) -> None:
-        self._done.append((in_words(changes), self.values))
+        self._change(in_words(changes), changes)
+
+    def use_calibration(self, calibration: "Calibration | None") -> None:
+        self._change(CALIBRATED, {("*", CALIBRATION): calibration})
+
+    def _change(self, words: str, changes: Changes) -> None:
+        self._done.append((words, self.values))
         self._undone.clear()
         self.values = changed(self.values, changes)
 
@@ -144,6 +162,14 @@ class Edits:
         target.append((words, self.values))
         self.values = values
         return words
+
+
+def _given(values: Values) -> "Calibration | None":
+    """The calibration that was chosen for as long as the source is open."""
+    from georibbon.calibration.model import Calibration
+
+    value = values.get(("*", CALIBRATION))
+    return value if isinstance(value, Calibration) else None
 
 
 def changed(values: Values, changes: Changes) -> Values:
@@ -165,12 +191,24 @@ class OpenedRecording(Edits):
         super().__init__({})
         self.path, self.title = path, recording.title
         self.told: tuple[str, ...] = ()
-        self.calibration = None
         self._recording = recording
 
     @property
     def passes(self) -> tuple[PassEntry, ...]:
         return tuple(PassEntry(one.name, one.kind) for one in self._recording.passes)
+
+    @property
+    def calibration(self) -> "Calibration | None":
+        return _given(self.values)
+
+    @property
+    def has_poses(self) -> bool:
+        return bool(self._recording.poses)
+
+    def use_calibration(self, calibration: "Calibration | None") -> None:
+        if calibration is not None:
+            check_fits(calibration, self._recording.ribbon)
+        super().use_calibration(calibration)
 
     def recording(self) -> "Recording":
         return self._recording
@@ -203,9 +241,16 @@ class _OfSession:
         return tuple(PassEntry(one.name, one.kind) for one in self.session.state.passes)
 
     @property
+    def values(self) -> Values:
+        return self.session.state.settings
+
+    @property
     def calibration(self) -> "Calibration | None":
-        state = self.session.state
-        return None if state.poses else state.calibration
+        return _given(self.values) or calibration_of(self.session.state, self.values)
+
+    @property
+    def has_poses(self) -> bool:
+        return bool(self.session.state.poses)
 
     def recording(self) -> "Recording":
         state = self.session.state
@@ -248,10 +293,6 @@ class OpenedSession(_OfSession):
         self._steps: list[tuple[frozenset[int], str]] = []
 
     @property
-    def values(self) -> Values:
-        return self.session.state.settings
-
-    @property
     def undoable(self) -> str | None:
         state = self.session.state
         step = self._step(state.done)
@@ -270,6 +311,16 @@ class OpenedSession(_OfSession):
         ]
         if len(events) > 1:
             self._steps.append((frozenset(one.id for one in events), in_words(changes)))
+
+    def use_calibration(self, calibration: "Calibration | None") -> None:
+        session, events = self.session, []
+        if calibration is not None:
+            events.append(session.do("calibration", document=to_dict(calibration)))
+        chosen = None if calibration is None else KEPT
+        if self.values.get(("*", CALIBRATION)) != chosen:
+            setting = {"pass": "*", "key": CALIBRATION, "value": chosen}
+            events.append(session.do("setting", **setting))
+        self._steps.append((frozenset(one.id for one in events), CALIBRATED))
 
     def undo(self) -> str | None:
         words, step = self.undoable, self._step(self.session.state.done)
@@ -313,6 +364,12 @@ class ReadOnlySession(_OfSession):
 
     def change(self, changes: Changes) -> None:
         self._edits.change(changes)
+
+    def use_calibration(self, calibration: "Calibration | None") -> None:
+        ribbon = self.session.state.ribbon
+        if calibration is not None and ribbon is not None:
+            check_fits(calibration, ribbon)
+        self._edits.use_calibration(calibration)
 
     def undo(self) -> str | None:
         return self._edits.undo()

@@ -42,6 +42,7 @@ def _link(detail: Detail) -> str:
 
 _OF_PASS = {"sensors_off": "switched-off sensors", "trim": "trimmed ends"}
 _OF_ALL = {
+    "calibration": "the choice of the calibration",
     "method": "the method",
     "neighbours": "the neighbours' say",
     "surface.tolerance": "the surface's tolerance",

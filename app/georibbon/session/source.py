@@ -16,12 +16,16 @@ if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.session.state import SessionState
 
+CALIBRATION, KEPT = "calibration", "kept"
+"""The setting of "*", and its value where the session's calibration is chosen over its poses."""
+
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
     """A recording, and what a session says beside it.
 
-    calibration: what stands in for the poses, where there are none.  values:
+    calibration: what stands in for the poses, where there are none or where that
+    was chosen.  values:
     the settings as they are kept (`georibbon.session.settings`); settings: what
     they say.
     """
@@ -62,8 +66,18 @@ def load(path: Path, complete: bool = True) -> Loaded:
             state, lambda part: read_part(database, part, state), path.name, complete
         )
     settings = settings_of_state(state, path.name)
-    calibration = None if recording.poses else state.calibration
+    calibration = calibration_of(state, state.settings)
     return Loaded(recording, calibration, dict(state.settings), settings)
+
+
+def calibration_of(state: "SessionState", values: Values) -> "Calibration | None":
+    """The session's calibration where it stands in for the poses: as chosen, or for want of any.
+
+    values: the settings as they are kept; the one of CALIBRATION says whether
+    it is chosen though there are poses.
+    """
+    chosen = values.get(("*", CALIBRATION)) == KEPT
+    return state.calibration if chosen or not state.poses else None
 
 
 def settings_of_state(state: "SessionState", name: str) -> ReconstructionSettings:
