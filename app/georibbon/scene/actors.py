@@ -33,4 +33,5 @@ def solid_of(colour: Colour, ambient: float = 0.35) -> Triangles:
     """A body of one colour."""
     body = Triangles(ambient)
     body.actor.GetProperty().SetColor(*colour)
+    body.actor.GetProperty().BackfaceCullingOn()  # closed bodies all
     return body

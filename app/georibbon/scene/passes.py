@@ -10,7 +10,7 @@ from georibbon.scene.buffers import Triangles
 from georibbon.scene.colours import Colour
 from georibbon.scene.shapes import around, tubes
 
-_SIDES = 8
+_SIDES = 6  # their normals make them round; they are a few pixels thick
 
 
 class Tubes:
@@ -19,6 +19,7 @@ class Tubes:
     def __init__(self, colour: Colour) -> None:
         self.body = Triangles(ambient=0.3)
         self.body.actor.GetProperty().SetColor(*colour)
+        self.body.actor.GetProperty().BackfaceCullingOn()  # they are closed
         self.any = False
         self._visible = True
         self._apply()

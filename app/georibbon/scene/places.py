@@ -1,5 +1,6 @@
 """Where a result's sensors, frames, survey and border are to be drawn: arrays alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +18,8 @@ class Survey:
     """Where the survey's observations are on the fitted curves, metres.
 
     points: (k, 3) marks, and the middles of crossings.  ends: (e, 3) both fitted
-    ends of crossings and of distances.  gaps: (2, 3) of each crossing, from one
-    curve to the other.  spans: (2, 3) of each distance.
+    ends of distances.  gaps: (2, 3) of each crossing, from one curve to the
+    other.  spans: (2, 3) of each distance.
     """
 
     points: FloatArray
@@ -29,31 +30,31 @@ class Survey:
 
 def survey_places(result: Reconstruction) -> Survey:
     """The places of all observations of passes that are in the result."""
-    places = {fitted.name: fitted for fitted in result.passes}
-    points, gaps, spans = [], [], []
-    for seen in result.survey:
-        if not all(name in places for name in seen.passes):
-            continue
-        ends = _observed(seen, places)
-        if seen.kind == "distance":
-            spans.append(ends)
-        else:
-            points.append(ends.mean(axis=0))
-            gaps += [ends] if seen.kind == "crossing" else []
+    names = {fitted.name for fitted in result.passes}
+    seen = [one for one in result.survey if names.issuperset(one.passes)]
+    fitted = _fitted_ends(result, seen)
+    points = [ends.mean(axis=0) for one, ends in zip(seen, fitted, strict=True) if _is_place(one)]
+    gaps = [ends for one, ends in zip(seen, fitted, strict=True) if one.kind == "crossing"]
+    spans = [ends for one, ends in zip(seen, fitted, strict=True) if one.kind == "distance"]
     bare = np.empty((0, 3))
-    return Survey(
-        np.array(points).reshape(-1, 3), np.concatenate([bare, *gaps, *spans]), gaps, spans
-    )
+    return Survey(np.array(points).reshape(-1, 3), np.concatenate([bare, *spans]), gaps, spans)
 
 
-def _observed(seen: SurveyResidual, places: dict[str, FittedPass]) -> FloatArray:
-    """(passes, 3) fitted points that an observation of the survey speaks of."""
-    strips = [places[name].strip for name in seen.passes]
-    found = [
-        interpolated(np.array([at]), strip.s, strip.points)
-        for strip, at in zip(strips, seen.at, strict=True)
-    ]
-    return np.concatenate(found)
+def _is_place(seen: SurveyResidual) -> bool:
+    return seen.kind != "distance"
+
+
+def _fitted_ends(result: Reconstruction, seen: Sequence[SurveyResidual]) -> list[FloatArray]:
+    """For each observation the (passes, 3) fitted points that it speaks of."""
+    owners = [name for one in seen for name in one.passes]
+    at = np.array([s for one in seen for s in one.at])
+    points = np.empty((len(owners), 3))
+    for fitted in result.passes:
+        here = [k for k, name in enumerate(owners) if name == fitted.name]
+        if here:
+            points[here] = interpolated(at[here], fitted.strip.s, fitted.strip.points)
+    counts = np.cumsum([len(one.passes) for one in seen])
+    return np.split(points, counts[:-1]) if len(seen) else []
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
-from vtkmodules.vtkRenderingCore import vtkLightKit, vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingCore import vtkLight, vtkLightKit, vtkRenderer, vtkRenderWindow
 
 from georibbon.arrays import FloatArray
 from georibbon.geometry.frames import interpolated, unit
@@ -41,6 +42,7 @@ _MOST_FULL = 16  # of up to so many passes; more are drawn thinner, not to hide 
 _FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
 _SAME_SIZE = 1.25  # an object that grows or shrinks by less keeps its tubes' and its floor's size
+_LIT = 3  # lights of the kit: from the camera, the key and the fill
 _GAP = 0.03  # from the object to the floor, as a share of its diagonal
 
 
@@ -89,6 +91,10 @@ class Scene:
         self._key = overlays.Key(self.renderer, font_size)
         self._lights = vtkLightKit()
         self._lights.AddLightsToRenderer(self.renderer)
+        lights = self.renderer.GetLights()
+        for k in range(_LIT, lights.GetNumberOfItems()):
+            # Those behind light edges alone, and cost as much as the others.
+            cast("vtkLight", lights.GetItemAsObject(k)).SwitchOff()
         self.update(reconstruction)
 
     @property

@@ -7,7 +7,7 @@ arrays that are drawn.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import accumulate
+from itertools import groupby
 
 import numpy as np
 
@@ -30,16 +30,30 @@ def tubes(curves: Sequence[FloatArray], radius: float, sides: int) -> Solid:
     Around every point of a curve there are `sides` points, and one at each end
     of the curve.
     """
-    rings = [_ring_directions(curve, sides) for curve in curves]
-    points, normals, triangles = [], [], []
-    starts = accumulate((len(curve) * sides + 2 for curve in curves), initial=0)
-    for curve, around, start in zip(curves, rings, starts, strict=False):
-        ends = unit(np.stack((curve[0] - curve[1], curve[-1] - curve[-2])))
-        around_flat = around.reshape(-1, 3)
-        points += [np.repeat(curve, sides, axis=0) + radius * around_flat, curve[[0, -1]]]
-        normals += [around_flat, ends]
-        triangles.append(_tube_triangles(len(curve), sides) + start)
+    points: list[FloatArray] = []
+    normals: list[FloatArray] = []
+    triangles: list[IntArray] = []
+    start = 0
+    for alike in _runs_of_one_length(curves):
+        rings, ends = _ring_directions(alike, sides)
+        count, size = alike.shape[:2]
+        walls = alike[:, :, None] + radius * rings
+        for middle, ending, into in (
+            (walls, alike[:, [0, -1]], points),
+            (rings, ends, normals),
+        ):
+            flat = middle.reshape(count, size * sides, 3)
+            into.append(np.concatenate((flat, ending), axis=1).reshape(-1, 3))
+        each = size * sides + 2
+        offsets = start + each * np.arange(count)
+        triangles.append((offsets[:, None, None] + _tube_triangles(size, sides)).reshape(-1, 3))
+        start += count * each
     return Solid(np.concatenate(points), np.concatenate(normals), np.concatenate(triangles))
+
+
+def _runs_of_one_length(curves: Sequence[FloatArray]) -> list[FloatArray]:
+    """(k, n, 3) for every run of k neighbouring curves of n points."""
+    return [np.stack(list(group)) for _, group in groupby(curves, key=len)]
 
 
 def around(values: Sequence[FloatArray], sides: int) -> FloatArray:
@@ -49,22 +63,21 @@ def around(values: Sequence[FloatArray], sides: int) -> FloatArray:
     )
 
 
-def _ring_directions(curve: FloatArray, sides: int) -> FloatArray:
-    """(n, sides, 3) unit vectors from a curve's points square to it.
+def _ring_directions(curves: FloatArray, sides: int) -> tuple[FloatArray, FloatArray]:
+    """(k, n, sides, 3) unit vectors from the points of k curves square to them.
 
-    They turn about the curve as a direction does that the curve nowhere runs
-    along: the one in which it extends least.
+    They turn about a curve as a direction does that it nowhere runs along: the
+    one in which it extends least.  And (k, 2, 3) the directions out of its ends.
     """
-    steps = np.diff(curve, axis=0)
-    tangents = unit(np.concatenate((steps[:1], steps[:-1] + steps[1:], steps[-1:])))
-    least = np.linalg.eigh(tangents.T @ tangents)[1][:, 0]
-    across = unit(np.cross(least, tangents))
-    third = np.cross(tangents, across)
-    turn = 2.0 * np.pi * np.arange(sides) / sides
-    ring: FloatArray = (
-        across[:, None] * np.cos(turn)[:, None] + third[:, None] * np.sin(turn)[:, None]
-    )
-    return ring
+    steps = np.diff(curves, axis=1)
+    first, last = steps[:, :1], steps[:, -1:]
+    tangents = unit(np.concatenate((first, steps[:, :-1] + steps[:, 1:], last), axis=1))
+    least = np.linalg.eigh(tangents.swapaxes(1, 2) @ tangents)[1][:, None, :, 0]
+    across = unit(np.cross(least, tangents))[:, :, None]
+    third = np.cross(tangents[:, :, None], across)
+    turn = (2.0 * np.pi * np.arange(sides) / sides)[:, None]
+    rings: FloatArray = across * np.cos(turn) + third * np.sin(turn)
+    return rings, unit(np.concatenate((-first, last), axis=1))
 
 
 @cache

@@ -18,6 +18,7 @@ class Words:
     def __init__(self, renderer: vtkRenderer, font_size: int) -> None:
         self._renderer, self._font_size = renderer, font_size
         self._actors: list[vtkTextActor] = []
+        self._words: dict[vtkTextActor, tuple[str, Colour]] = {}  # what each says
         self._away = np.empty((0, 3))
         self._places = np.empty((0, 3))
         self._visible = True
@@ -30,10 +31,12 @@ class Words:
             self._renderer.AddViewProp(actor)
             self._actors.append(actor)
         for actor, (text, at, _, colour) in zip(self._actors, labels, strict=False):
-            if actor.GetInput() != plain_label(text):
-                actor.SetInput(plain_label(text))
-            style(actor.GetTextProperty(), self._font_size, colour, bold=True)
-            actor.GetTextProperty().SetVerticalJustificationToCentered()
+            words = (plain_label(text), colour)
+            if self._words.get(actor) != words:
+                self._words[actor] = words
+                actor.SetInput(words[0])
+                style(actor.GetTextProperty(), self._font_size, colour, bold=True)
+                actor.GetTextProperty().SetVerticalJustificationToCentered()
             actor.GetPositionCoordinate().SetValue(*at.tolist())
         self._places = np.array([at for _, at, _, _ in labels]).reshape(-1, 3)
         self._away = np.array([away for _, _, away, _ in labels]).reshape(-1, 3)
