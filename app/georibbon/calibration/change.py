@@ -9,7 +9,7 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration, SensorModel
 from georibbon.calibration.serial import check_fits
-from georibbon.ribbon import Ribbon, Sensor
+from georibbon.ribbon import KINDS, Ribbon, Sensor, SensorKind
 from georibbon.rotations import exp, log
 
 # A sensor stands out when it has changed by more than this, and by so many times the median.
@@ -32,6 +32,7 @@ class SensorChange:
     """
 
     name: str
+    kind: SensorKind
     degrees: float
     tilt: float
     heading: float
@@ -108,7 +109,16 @@ def _pair(sensor: Sensor, old: SensorModel, new: SensorModel) -> _Pair:
 
 def _change(pair: _Pair, common: FloatArray, strength: float) -> SensorChange:
     if not (pair.old.used and pair.new.used):
-        return SensorChange(pair.sensor.name, math.nan, math.nan, math.nan, math.nan, math.nan)
+        nothing = math.nan
+        return SensorChange(
+            pair.sensor.name,
+            pair.sensor.kind,
+            degrees=nothing,
+            tilt=nothing,
+            heading=nothing,
+            bias=nothing,
+            scale=nothing,
+        )
     factor = 1.0 if pair.tells_up else strength
     unit = float(np.linalg.norm(pair.old.gain)) / np.sqrt(len(pair.old.bias))
     gain = (pair.new.gain @ common.T / factor - pair.old.gain) / unit
@@ -116,6 +126,7 @@ def _change(pair: _Pair, common: FloatArray, strength: float) -> SensorChange:
     turned = np.degrees(log(pair.turn @ common.T))
     return SensorChange(
         pair.sensor.name,
+        pair.sensor.kind,
         float(np.degrees(np.sqrt((gain**2).sum() / 3.0 + bias**2))),
         float(np.hypot(turned[0], turned[1])),
         abs(float(turned[2])),
@@ -127,7 +138,7 @@ def _change(pair: _Pair, common: FloatArray, strength: float) -> SensorChange:
 def _marked(ribbon: Ribbon, changes: Sequence[SensorChange]) -> list[SensorChange]:
     """The changes, with those that stand out among their kind marked."""
     marked = list(changes)
-    for kind in ("accelerometer", "magnetometer"):
+    for kind in KINDS:
         places = [i for i, one in enumerate(ribbon.sensors) if one.kind == kind]
         known = [changes[i].degrees for i in places if np.isfinite(changes[i].degrees)]
         if not known:

@@ -31,7 +31,7 @@ from georibbon.stillness import still_means, without_railed
 CheckVerdict = Literal["good", "usable", "calibrate"]
 
 CHECK_PLAN, CHECK_NUMBERS = 20, (1, 5, 14)
-CHECK_POSES: tuple[AskedPose, ...] = tuple(PLANS[CHECK_PLAN][number - 1] for number in CHECK_NUMBERS)
+CHECK_POSES: tuple[AskedPose, ...] = tuple(PLANS[CHECK_PLAN][n - 1] for n in CHECK_NUMBERS)
 """The poses of the daily check: flat, on an edge, and tilted, of the plan of 20 poses."""
 
 GOOD, USABLE = 0.5, 1.0  # degrees

@@ -1,0 +1,159 @@
+"""The cards of the poses: each a picture of the bar, its words, and how it stands."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QAbstractButton, QGridLayout, QSizePolicy, QWidget
+
+from georibbon.calibration.directions import attitude
+from georibbon.gui.calibrating.bar_view import LOOKS, paint_bar
+from georibbon.gui.calibrating.signs import colour_of, paint_sign
+from georibbon.gui.calibrating.state import Card
+from georibbon.gui.calibrating.words import STATES, card_told, card_words
+from georibbon.gui.language import tr
+from georibbon.gui.theme import colours_of, theme_of
+
+COLUMNS = 5
+KEYS = {
+    Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1, Qt.Key.Key_Up: -COLUMNS, Qt.Key.Key_Down: COLUMNS,
+    Qt.Key.Key_Home: -1000, Qt.Key.Key_End: 1000,
+}  # fmt: skip
+
+
+class PoseCard(QAbstractButton):
+    """One pose; clicked: ask for it."""
+
+    moved = Signal(int)
+
+    def __init__(self, card: Card, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.card = card
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(108, 92)
+        self.show_card(card)
+
+    def sizeHint(self) -> QSize:
+        """Wider than high."""
+        return QSize(130, 108)
+
+    def show_card(self, card: Card) -> None:
+        """Show how it stands."""
+        self.card = card
+        self.setText(tr("{number}", number=card.number))
+        self.setAccessibleName(card_told(card))
+        self.setToolTip(card_told(card))
+        self.update()
+
+    def keyPressEvent(self, event) -> None:
+        """Arrows go to the other cards, Return asks for this one; Space takes, on the page."""
+        if event.key() in KEYS:
+            self.moved.emit(KEYS[event.key()])
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.click()
+        else:
+            event.ignore()
+
+    def paintEvent(self, _event) -> None:
+        """The picture, the number and words, the sign and the state."""
+        colours = colours_of(self.palette())
+        line = self.fontMetrics().height()
+        area = QRectF(self.rect()).adjusted(2, 2, -2, -2)
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            self._paint_frame(painter, area, colours)
+            inner = area.adjusted(6, 4, -6, -4)
+            font = self.font()
+            font.setBold(True)
+            painter.setFont(font)
+            painter.setPen(QColor(colours.words))
+            painter.drawText(
+                inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, self.text()
+            )
+            painter.setFont(self.font())
+            self._paint_state(painter, inner, line, colours)
+            words = inner.adjusted(0, inner.height() - 2 * line, 0, 0)
+            painter.setPen(QColor(colours.words))
+            painter.drawText(words, Qt.AlignmentFlag.AlignHCenter, card_words(self.card.pose))
+            picture = inner.adjusted(0, line, 0, -2 * line)
+            turned = attitude(_asked(self.card))
+            look = LOOKS[theme_of(self.palette())]
+            paint_bar(
+                painter, picture, turned, not self.card.pose.table, colours, look, labels=False
+            )
+
+    def _paint_frame(self, painter, area, colours) -> None:
+        asked = self.card.state in ("asked", "refused")
+        painter.setPen(QPen(QColor(colour_of(self.card.state, colours)), 3.0 if asked else 1.2))
+        painter.setBrush(QColor(colours.base if not self.isDown() else colours.other))
+        painter.drawRoundedRect(area, 6, 6)
+        if self.hasFocus():
+            pen = QPen(QColor(colours.words), 1.0, Qt.PenStyle.DotLine)
+            painter.setPen(pen)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(area.adjusted(3, 3, -3, -3), 4, 4)
+
+    def _paint_state(self, painter, inner, line, colours) -> None:
+        state = self.card.state
+        size = line - 2.0
+        sign = QRectF(inner.right() - size, inner.top() + 1.0, size, size)
+        paint_sign(painter, sign, state, colours)
+        colour = colours.dim if state in ("open", "skipped") else colour_of(state, colours)
+        painter.setPen(QColor(colour))
+        painter.drawText(
+            inner.adjusted(0, 0, -size - 4.0, 0),
+            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
+            tr(STATES[state]),
+        )
+
+
+def _asked(card: Card) -> tuple[float, float, float, bool]:
+    pose = card.pose
+    return pose.roll, pose.heading, pose.pitch, pose.table
+
+
+class PoseGrid(QWidget):
+    """The cards of all poses.  asked(key): a person wants this one."""
+
+    asked = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName(tr("Poses"))
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(4)
+        self.buttons: list[PoseCard] = []
+
+    def show_cards(self, cards: Sequence[Card]) -> None:
+        """Show how all stand; the same cards stay where they are."""
+        if [card.key for card in cards] != [one.card.key for one in self.buttons]:
+            self._fill(cards)
+        for button, card in zip(self.buttons, cards, strict=True):
+            if button.card != card:
+                button.show_card(card)
+
+    def card(self, key: str) -> PoseCard:
+        """The card of a pose."""
+        return next(one for one in self.buttons if one.card.key == key)
+
+    def _fill(self, cards: Sequence[Card]) -> None:
+        for button in self.buttons:
+            self._grid.removeWidget(button)
+            button.deleteLater()
+        self.buttons = []
+        for place, card in enumerate(cards):
+            button = PoseCard(card)
+            button.clicked.connect(lambda _=False, key=card.key: self.asked.emit(key))
+            button.moved.connect(lambda step, at=place: self._go(at + step))
+            self._grid.addWidget(button, place // COLUMNS, place % COLUMNS)
+            self.buttons.append(button)
+
+    def _go(self, place: int) -> None:
+        if place < 0 or place >= len(self.buttons):
+            step_over = place in (-1000, 1000) or abs(place) > len(self.buttons) + COLUMNS
+            if not step_over:
+                return
+            place = 0 if place < 0 else len(self.buttons) - 1
+        self.buttons[place].setFocus(Qt.FocusReason.OtherFocusReason)

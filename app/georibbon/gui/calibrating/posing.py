@@ -1,0 +1,242 @@
+"""Pose after pose: the cards, what is asked beside what lies there, and how good it is by now."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from georibbon.calibration.directions import covered
+from georibbon.gui.calibrating.cards import PoseGrid
+from georibbon.gui.calibrating.check_panel import CheckPanel
+from georibbon.gui.calibrating.live import LivePanel
+from georibbon.gui.calibrating.quality import QualityPanel
+from georibbon.gui.calibrating.sphere import SphereView
+from georibbon.gui.calibrating.state import (
+    CHECK_KEYS,
+    LIVE_SECONDS,
+    Card,
+    Progress,
+    cards,
+    done,
+    lying,
+    next_open,
+    poses_of,
+)
+from georibbon.gui.language import sentence, tr
+from georibbon.gui.parts import Parts
+
+
+class PosingView(QWidget):
+    """The poses while they are taken.  ending(): the person stops for now.
+
+    completed(): nothing more is asked for.
+    """
+
+    ending = Signal()
+    completed = Signal()
+
+    def __init__(self, parts: Parts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._parts, self._desk = parts, parts.capture
+        self._keys: tuple[str, ...] = ()
+        self._stillness = None
+        self.progress = Progress()
+        self.cards: tuple[Card, ...] = ()
+        self.grid, self.live, self.sphere = PoseGrid(), LivePanel(), SphereView()
+        self.quality, self.check = QualityPanel(), CheckPanel()
+        self.title = QLabel()
+        self.take_button = _button(tr("&Take"), tr("Take this pose now (Space or Page Down)"))
+        self.anyway = _button(
+            tr("Take any&way"), tr("Take it although something speaks against it")
+        )
+        self.skip_button = _button(tr("&Leave out"), tr("Go on without this pose"))
+        self.undo_button = _button(tr("&Undo"), tr("Take back the last change"))
+        self.redo_button = _button(tr("&Redo"), tr("Do again what was taken back last"))
+        self.stop_button = _button(tr("&Stop for now"), tr("What is taken is kept; go on any time"))
+        self.finish_button = _button(tr("&Finish…"), tr("See how good it is, name it and keep it"))
+        self.finish_button.setEnabled(False)
+        self.auto = QCheckBox(tr("Take by &stillness"))
+        self.auto.setToolTip(tr("What lies still as asked is taken by itself"))
+        self._connect()
+        self._lay_out()
+
+    def _connect(self) -> None:
+        for button, slot in (
+            (self.take_button, self.take),
+            (self.anyway, self.take_anyway),
+            (self.skip_button, self._desk.skip),
+            (self.undo_button, self._desk.undo),
+            (self.redo_button, self._desk.redo),
+            (self.stop_button, self.ending.emit),
+        ):
+            button.clicked.connect(lambda _=False, slot=slot: slot())
+        self.auto.clicked.connect(self._desk.set_auto)
+        self.grid.asked.connect(self._desk.choose)
+        self.sphere.asked.connect(self._desk.choose)
+        pedal = QShortcut(QKeySequence(Qt.Key.Key_PageDown), self)
+        pedal.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        pedal.activated.connect(self.take)
+
+    def _lay_out(self) -> None:
+        top = QHBoxLayout()
+        top.addWidget(self.title, 1)
+        for one in (self.undo_button, self.redo_button, self.finish_button, self.stop_button):
+            top.addWidget(one)
+        self.figures = QStackedWidget()
+        self.figures.addWidget(self.quality)
+        self.figures.addWidget(self.check)
+        below = QHBoxLayout()
+        below.addWidget(self.sphere, 1)
+        below.addWidget(self.figures, 1)
+        left, right = QWidget(), QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, 0, 6, 0)
+        column.addWidget(self.grid, 3)
+        column.addLayout(below, 2)
+        buttons = QHBoxLayout()
+        for one in (self.take_button, self.anyway, self.skip_button):
+            buttons.addWidget(one)
+        column = QVBoxLayout(right)
+        column.setContentsMargins(6, 0, 0, 0)
+        column.addWidget(self.live, 1)
+        column.addWidget(self.auto)
+        column.addLayout(buttons)
+        split = QSplitter(Qt.Orientation.Horizontal)
+        split.setChildrenCollapsible(False)
+        split.addWidget(left)
+        split.addWidget(right)
+        split.setStretchFactor(0, 3)
+        split.setStretchFactor(1, 2)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addLayout(top)
+        layout.addWidget(split, 1)
+
+    @property
+    def checking(self) -> bool:
+        """Whether these are the poses of a daily check."""
+        return bool(self._keys)
+
+    def start(self, checking: bool, title: str) -> None:
+        """A capture has begun: show its poses, all or those of the daily check."""
+        self._keys = CHECK_KEYS if checking else ()
+        self.progress = Progress()
+        self._stillness = None
+        self.title.setText(title)
+        self.figures.setCurrentWidget(self.check if checking else self.quality)
+        if checking:
+            self.check.show_nothing(len(self._keys), "")
+        else:
+            self.quality.show_nothing(0)
+        self.live.tell("open", "")
+        self.show_standing()
+        self._ask_for_check()
+        if self.grid.buttons:
+            self.grid.buttons[0].setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def show_standing(self) -> None:
+        """Show how all poses stand."""
+        desk = self._desk
+        self.cards = cards(desk.items, desk.current, self.progress, self._keys)
+        self.grid.show_cards(self.cards)
+        self.sphere.show_cards(self.cards)
+        asked = self.asked
+        self.live.show_card(asked, tr("All poses are taken") if self.cards else "")
+        for one in (self.take_button, self.skip_button):
+            one.setEnabled(asked is not None)
+        self.anyway.setEnabled(asked is not None and bool(self.progress.refused))
+        self.auto.setChecked(desk.auto)
+        poses = [(c.pose.roll, c.pose.heading, c.pose.pitch, c.pose.table) for c in self.cards]
+        taken = [card.state in ("good", "poor") for card in self.cards]
+        if poses:
+            self.quality.show_covered(covered(poses, taken))
+        self.quality.show_progress(done(self.cards), len(self.cards), False)
+
+    @property
+    def asked(self) -> Card | None:
+        """The card of the pose that is asked for."""
+        current = self._desk.current
+        key = None if current is None else current.key
+        return next((card for card in self.cards if card.key == key), None)
+
+    def take_news(self, happening) -> None:
+        """Something happened in the capture."""
+        self.progress.take(happening)
+        self.show_standing()
+        kind = happening.kind
+        if kind == "refused":
+            self.live.tell("refused", sentence(happening.message))
+        elif kind in ("taken", "skipped", "removed", "undone", "redone", "held", "saved"):
+            state = "bad" if kind == "held" else "good"
+            self.live.tell(state, sentence(happening.message))
+        if kind in ("taken", "complete", "skipped"):
+            self._ask_for_check()
+
+    def _ask_for_check(self) -> None:
+        """Have the next pose of the daily check asked for, which no plan does by itself."""
+        if not self._keys or self.asked is not None:
+            return
+        following = next_open(self.cards, None)
+        if following is not None:
+            self._desk.choose(following)
+
+    def tell_refusal(self, told: str) -> None:
+        """A verb was not done."""
+        self.live.tell("refused", sentence(told))
+
+    def show_glance(self, glance) -> None:
+        """Show the newest state of the ribbon."""
+        self._stillness = glance.live.stillness
+        asked = self.asked
+        station = self._parts.station
+        link, identity = station.link, station.identity
+        found = None
+        if asked is not None and link is not None and identity is not None:
+            frames = link.ring.last(max(1, round(LIVE_SECONDS * identity.ribbon.rate)))
+            found = lying(identity.ribbon, frames, asked.pose)
+        heading = 0.0 if asked is None else asked.pose.heading
+        self.live.show_live(found, heading, self._stillness)
+        self.sphere.show_live(None if found is None else found.up)
+
+    def take(self) -> None:
+        """Take the pose that is asked for."""
+        self._desk.take()
+
+    def take_anyway(self) -> None:
+        """Take it although something that may be overruled speaks against it."""
+        self._desk.take(True)
+
+    def choose_next(self) -> None:
+        """Ask for the next pose that is not taken."""
+        asked = self.asked
+        following = next_open(self.cards, None if asked is None else asked.key)
+        if following is not None:
+            self._desk.choose(following)
+
+    def keyPressEvent(self, event) -> None:
+        """Space takes, wherever the keys are but on a button."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self.take()
+        else:
+            super().keyPressEvent(event)
+
+    def planned(self):
+        """The planned poses that are shown."""
+        return [item.what for item in poses_of(self._desk.items, self._keys)]
+
+
+def _button(text: str, tip: str) -> QPushButton:
+    """A button that a click does not give the keys to: Space goes on taking."""
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    button.setStatusTip(tip)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
