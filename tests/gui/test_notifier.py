@@ -5,10 +5,11 @@ import threading
 import warnings
 
 import pytest
-from PySide6.QtCore import QThread
+from PySide6.QtCore import Qt, QThread
 from PySide6.QtGui import QGuiApplication
 
 from georibbon.errors import SessionError
+from georibbon.gui import dialogs
 from georibbon.gui.log import Banner, Bell, LogPanel
 from georibbon.gui.notifier import MOST_KEPT, Notifier
 
@@ -22,13 +23,16 @@ def notifier():
 
 
 def test_the_hooks_are_put_back():
-    before = (sys.excepthook, threading.excepthook, warnings.showwarning)
+    def hooks():
+        return sys.excepthook, threading.excepthook, sys.unraisablehook, warnings.showwarning
+
+    before = hooks()
     made = Notifier()
     made.install()
-    assert sys.excepthook is not before[0]
+    assert not set(hooks()) & set(before)
     made.uninstall()
     made.uninstall()
-    assert (sys.excepthook, threading.excepthook, warnings.showwarning) == before
+    assert hooks() == before
 
 
 def test_a_mistake_and_a_fault_are_told_apart(notifier):
@@ -62,6 +66,18 @@ def test_warnings_are_told(notifier):
     (entry,) = notifier.entries
     assert (entry.level, entry.text) == ("warning", "mind this")
     assert "here.py:3" in entry.detail
+
+
+def test_what_cannot_be_raised_is_told(notifier):
+    class Odd:
+        def __del__(self):
+            raise ValueError("on its way out")
+
+    Odd()
+    (entry,) = notifier.entries
+    assert entry.level == "warning"
+    assert "on its way out" in entry.text
+    assert 'raise ValueError("on its way out")' in entry.detail
 
 
 def test_no_more_is_kept_than_can_be_read():
@@ -114,3 +130,50 @@ def test_the_banner_shows_plain_text(qtbot):
     notifier.tell("error", "found <b>A</b>")
     assert not banner.isHidden()
     assert banner.text.text() == "Found <b>A</b>"
+
+
+def test_the_log_is_filtered_by_kind_and_words(qtbot):
+    notifier, panel = Notifier(), LogPanel()
+    qtbot.addWidget(panel)
+    notifier.listen(panel.add)
+    for level in ("info", "warning", "error", "fault"):
+        notifier.tell(level, f"{level} about Pass P1", "with details")
+    assert len(panel.shown) == 4
+    for key, left in ((Qt.Key.Key_Down, 3), (Qt.Key.Key_Down, 2), (Qt.Key.Key_Down, 1)):
+        qtbot.keyClick(panel.level, key)
+        assert len(panel.shown) == left
+    notifier.tell("info", "not shown")
+    assert [one.level for one in panel.shown] == ["fault"]
+    qtbot.keyClick(panel.level, Qt.Key.Key_Home)
+    with qtbot.waitActive(panel):
+        panel.show()
+        panel.activateWindow()
+    panel.table.setFocus()
+    qtbot.keyClick(panel, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(panel.search.hasFocus)
+    qtbot.keyClicks(panel.search, "p1 DETAILS warn")
+    assert [one.level for one in panel.shown] == ["warning"]
+    panel.copy()
+    assert QGuiApplication.clipboard().text().count("\n") == 1
+
+
+def test_the_log_is_saved(qtbot, tmp_path, monkeypatch):
+    notifier, panel = Notifier(), LogPanel()
+    qtbot.addWidget(panel)
+    notifier.listen(panel.add)
+    notifier.tell("error", "broken", "here")
+    for target in (tmp_path / "log.txt", tmp_path / "no" / "place.txt", None):
+        monkeypatch.setattr(dialogs, "ask_target", lambda *_, target=target: target)
+        panel.save_button.click()
+    assert "error: broken\nhere\n" in (tmp_path / "log.txt").read_text(encoding="utf-8")
+    assert str(tmp_path / "no" / "place.txt") in panel.told.text()
+
+
+def test_the_log_drops_its_oldest_lines(qtbot, monkeypatch):
+    monkeypatch.setattr("georibbon.gui.log.MOST_KEPT", 5)
+    notifier, panel = Notifier(), LogPanel()
+    qtbot.addWidget(panel)
+    notifier.listen(panel.add)
+    for number in range(8):
+        notifier.tell("info", str(number))
+    assert [one.text for one in panel.shown] == ["3", "4", "5", "6", "7"]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from georibbon.errors import GeoribbonError
+from georibbon.gui.language import tr
 
 Level = Literal["info", "warning", "error", "fault"]
 MOST_KEPT = 2000
@@ -71,22 +72,30 @@ class Notifier:
         name = type(error).__name__
         self.tell(
             "fault",
-            f"a fault of the program, not of your input: {name}: {error}; what is captured is "
-            "safe in its file; please report it with the details in the log",
+            tr(
+                "a fault of the program, not of your input: {name}: {error}; what is captured is "
+                "safe in its file; please report it with the details in the log",
+                name=name,
+                error=error,
+            ),
             detail,
         )
 
     def install(self) -> None:
         """Catch what nobody else does: in the main thread, in threads, and warnings."""
-        self._hooks = (sys.excepthook, threading.excepthook, warnings.showwarning)
+        self._hooks = (
+            sys.excepthook, threading.excepthook, sys.unraisablehook, warnings.showwarning
+        )  # fmt: skip
         sys.excepthook = lambda _type, error, _traceback: self._uncaught(error)
+        sys.unraisablehook = self._unraisable
         threading.excepthook = lambda found: found.exc_value and self._uncaught(found.exc_value)
         warnings.showwarning = self._warned
 
     def uninstall(self) -> None:
         """As it was before `install`."""
         if self._hooks is not None:
-            sys.excepthook, threading.excepthook, warnings.showwarning = self._hooks
+            sys.excepthook, threading.excepthook = self._hooks[:2]
+            sys.unraisablehook, warnings.showwarning = self._hooks[2:]
             self._hooks = None
 
     def _uncaught(self, error: BaseException) -> None:
@@ -96,6 +105,13 @@ class Notifier:
         self.exception(error)
         with suppress(OSError, ValueError, AttributeError):  # there may be no standard error
             traceback.print_exception(error, file=sys.stderr)
+
+    def _unraisable(self, found: Any) -> None:
+        """What arose where nothing can be raised, as when something is let go of."""
+        if found.exc_value is None:
+            return
+        where = "".join(traceback.format_exception(found.exc_value))
+        self.tell("warning", f"{found.err_msg or ''} {found.exc_value!r}".strip(), where)
 
     def _warned(
         self,
