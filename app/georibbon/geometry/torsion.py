@@ -23,8 +23,12 @@ from georibbon.geometry.rails import Rails
 FLOOR = 1e-3  # eps
 REACH = np.radians(10.0)
 NODES = 8
-ITERATIONS = 60
-TOLERANCE = 1e-7
+ITERATIONS = 30
+TOLERANCE = 1e-6
+ROUNDING = 1e-13
+LEAST_STIFFNESS = 1e-12
+DIFFERENCE = 1e-5
+MOST_LINES = 33
 
 
 def least_torsion_angles(
@@ -33,28 +37,45 @@ def least_torsion_angles(
     """(p-1, 2, 2) angles, radians, at either pass, at its beginning and its end.
 
     share: (k,) from 0 at the beginning to 1 at the end.  Also for each patch
-    (p-1,) whether the minimum was not found, and whether it lies at the bounds, as 0 or 1.
+    (p-1,) whether the minimum was not found, and whether it lies at the bounds,
+    as 0 or 1.  Newton's method, the Hessian by differences of the gradient.
     """
-    ramp = np.stack([1.0 - share, share], axis=1)
-    start = linear_fit(rails, ramp)
-    low, high = start - REACH, start + REACH
-    x, damping = start.copy(), np.full(len(start), 1e-3)
-    residuals, slopes = torsions(rails, x, ramp)
-    settled = np.zeros(len(start), dtype=bool)
+    some = np.unique(np.linspace(0, len(share) - 1, MOST_LINES).astype(int))
+    rails = Rails(rails.points[:, some], rails.frames[:, some])
+    ramp = np.stack([1.0 - share[some], share[some]], axis=1)
+    x = linear_fit(rails, ramp)
+    low, high = x - REACH, x + REACH
+    value, gradient = torsion_sum(rails, x, ramp)
+    damping, settled = np.full(len(x), 1e-3), np.zeros(len(x), dtype=bool)
     for _ in range(ITERATIONS):
-        tried = np.clip(x + damped_step(residuals, slopes, x, (low, high), damping), low, high)
-        size = np.abs(tried - x).max(axis=1)
-        others, other_slopes = torsions(rails, tried, ramp)
-        better = np.sum(others**2, axis=1) <= np.sum(residuals**2, axis=1)
-        settled |= size < TOLERANCE
-        x = np.where(better[:, None], tried, x)
-        residuals = np.where(better[:, None], others, residuals)
-        slopes = np.where(better[:, None, None], other_slopes, slopes)
-        damping = np.where(better, 0.2 * damping, 10.0 * damping)
+        step = damped_step(gradient, bends(rails, x, ramp), low - x, high - x, damping)
+        settled |= (np.abs(step).max(axis=1) < TOLERANCE) & (damping < 1.0)
         if settled.all():
             break
-    bounded = ((x == low) | (x == high)).any(axis=1)
+        other, slope = torsion_sum(rails, x + step, ramp)
+        better = other <= value + ROUNDING * (1.0 + value)
+        x = np.where(better[:, None], x + step, x)
+        value = np.where(better, other, value)
+        gradient = np.where(better[:, None], slope, gradient)
+        damping = np.where(better, 0.1 * damping, 10.0 * damping)
+    bounded = (np.minimum(x - low, high - x) < TOLERANCE).any(axis=1)
     return x.reshape(-1, 2, 2), (~settled).astype(float), bounded.astype(float)
+
+
+def torsion_sum(rails: Rails, x: FloatArray, ramp: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(..., p-1) half the sum of the squared torsion, and its gradient by x (..., p-1, 4)."""
+    residuals, slopes = torsions(rails, x, ramp)
+    gradient: FloatArray = (residuals[..., None, :] @ slopes)[..., 0, :]
+    return 0.5 * np.sum(residuals**2, axis=-1), gradient
+
+
+def bends(rails: Rails, x: FloatArray, ramp: FloatArray) -> FloatArray:
+    """(p-1, 4, 4) the Hessian of the sum, by central differences of its gradient."""
+    steps = DIFFERENCE * np.concatenate([np.eye(4), -np.eye(4)])
+    slopes = torsion_sum(rails, x + steps[:, None], ramp)[1]
+    form = np.moveaxis(slopes[:4] - slopes[4:], 0, 2) / (2.0 * DIFFERENCE)
+    symmetric: FloatArray = 0.5 * (form + np.swapaxes(form, 1, 2))
+    return symmetric
 
 
 def linear_fit(rails: Rails, ramp: FloatArray) -> FloatArray:
@@ -68,52 +89,62 @@ def linear_fit(rails: Rails, ramp: FloatArray) -> FloatArray:
 
 
 def damped_step(
-    residuals: FloatArray,
-    slopes: FloatArray,
-    x: FloatArray,
-    bounds: tuple[FloatArray, FloatArray],
-    damping: FloatArray,
+    gradient: FloatArray, form: FloatArray, low: FloatArray, high: FloatArray, damping: FloatArray
 ) -> FloatArray:
-    """(p-1, 4) Levenberg and Marquardt's steps; what a bound holds stays."""
-    gradient = np.einsum("pri,pr->pi", slopes, residuals)
-    form = np.einsum("pri,prj->pij", slopes, slopes)
-    held = ((x <= bounds[0]) & (gradient > 0.0)) | ((x >= bounds[1]) & (gradient < 0.0))
-    form[held[:, :, None] | held[:, None, :]] = 0.0
-    scale = np.trace(form, axis1=1, axis2=2)[:, None] * damping[:, None] + 1e-12
-    form[:, range(4), range(4)] += np.where(held, 1.0, scale)
-    step: FloatArray = -np.linalg.solve(form, np.where(held, 0.0, gradient)[..., None])[..., 0]
+    """(p-1, 4) Newton's steps between low and high (p-1, 4), with the Hessian made positive.
+
+    What would go beyond a bound is held there, and the others step again.
+    """
+    sizes, axes = np.linalg.eigh(form)
+    sizes = np.abs(sizes) + (damping * np.abs(sizes).max(axis=1))[:, None] + LEAST_STIFFNESS
+    form = (axes * sizes[:, None, :]) @ np.swapaxes(axes, 1, 2)
+    held = ((low >= 0.0) & (gradient > 0.0)) | ((high <= 0.0) & (gradient < 0.0))
+    step = np.zeros_like(gradient)
+    for _ in range(5):
+        pull = gradient + np.einsum("pij,pj->pi", form, np.where(held, step, 0.0))
+        rest = np.where(held[:, :, None] | held[:, None, :], np.eye(4), form)
+        free = -np.linalg.solve(rest, np.where(held, 0.0, pull)[..., None])[..., 0]
+        step = np.where(held, step, free)
+        beyond = (step < low) | (step > high)
+        held, step = held | beyond, np.clip(step, low, high)
+        if not beyond.any():
+            break
     return step
 
 
 def torsions(rails: Rails, x: FloatArray, ramp: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(p-1, r) theta at all lines and Gauss nodes, by the root of the node's weight, with its
-    derivatives (p-1, r, 4) by the angles x (p-1, 4)."""
+    """(..., p-1, r) theta at all lines and Gauss nodes, by the root of the node's weight, and its
+    derivatives (..., p-1, r, 4) by the angles x (..., p-1, 4).
+
+    ramp: (k, 2) the shares of the angles at the beginning and at the end.
+    """
     places, weights = np.polynomial.legendre.leggauss(NODES)
     first, second, _ = derivative_rows(0.5 * (places + 1.0))
-    angles = np.einsum("ka,pia->pik", ramp, x.reshape(-1, 2, 2))
+    angles = np.einsum("ka,...pia->...pik", ramp, x.reshape(*x.shape[:-1], 2, 2))
     frames = rails.frames[:-1], rails.frames[1:]
-    c = unit(rails.chords)
-    t = [at_angles(frames[i], angles[:, i]) for i in range(2)]
-    dt = [at_angles(frames[i], angles[:, i] + 0.5 * np.pi) for i in range(2)]
-    products = [np.cross(*(row @ np.stack([c, *t], axis=2) for row in (first, second)))]
-    twist = [np.sum(np.cross(t[0], c) * t[1], axis=-1)]
-    for i in range(2):
-        lone = np.zeros((*c.shape[:2], 3, 3))
-        lone[:, :, 1 + i] = dt[i]
-        moved = [t[0], t[1]]
-        moved[i] = dt[i]
-        products.append(
-            np.cross(first @ lone, second @ np.stack([c, *t], axis=2))
-            + np.cross(first @ np.stack([c, *t], axis=2), second @ lone)
-        )
-        twist.append(np.sum(np.cross(moved[0], c) * moved[1], axis=-1))
-    size = np.sum(products[0] ** 2, axis=-1) + FLOOR
-    root = np.sqrt(0.5 * weights)
-    theta = 12.0 * root * twist[0][..., None] / size
+    t = [at_angles(frames[i], angles[..., i, :]) for i in range(2)]
+    turned = [at_angles(frames[i], angles[..., i, :] + 0.5 * np.pi) for i in range(2)]
+    c = np.broadcast_to(unit(rails.chords), t[0].shape)
+    control = np.stack([c, *t], axis=-2)
+    speed, bend = first @ control, second @ control
+    cross = np.cross(speed, bend)
+    size = np.sum(cross**2, axis=-1) + FLOOR
+    root = 12.0 * np.sqrt(0.5 * weights)
+    twist = triple(t[0], c, t[1])
     slopes = []
-    for i in range(2):
-        growth = 2.0 * np.sum(products[0] * products[1 + i], axis=-1)
-        by_angle = 12.0 * root * (twist[1 + i][..., None] - twist[0][..., None] * growth / size)
-        slopes.append((by_angle / size)[..., None] * ramp[:, None, :])
+    for i, moved in enumerate((triple(turned[0], c, t[1]), triple(t[0], c, turned[1]))):
+        ahead = turned[i][..., None, :]
+        change = np.cross(first[:, 1 + i, None] * ahead, bend)
+        change += np.cross(speed, second[:, 1 + i, None] * ahead)
+        growth = 2.0 * np.sum(cross * change, axis=-1) / size
+        by_angle = root * (moved[..., None] - twist[..., None] * growth) / size
+        slopes.append(by_angle[..., None] * ramp[:, None, :])
+    theta = root * twist[..., None] / size
     both = np.concatenate(slopes, axis=-1)
-    return theta.reshape(len(x), -1), both.reshape(len(x), -1, 4)
+    return theta.reshape(*x.shape[:-1], -1), both.reshape(*x.shape[:-1], -1, 4)
+
+
+def triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """(...) the determinants of vectors (..., 3)."""
+    product: FloatArray = np.sum(np.cross(a, b) * c, axis=-1)
+    return product
