@@ -11,6 +11,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkCamera, vtkRenderWindow
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
+from georibbon.arrays import FloatArray
 from georibbon.reconstruction import Reconstruction
 from georibbon.scene.colouring import Look
 from georibbon.scene.colours import DARK, WHITE
@@ -22,6 +23,7 @@ from georibbon.world import UP
 # Loaded for what loading does: they register the drawing of text and of everything else.
 _REGISTERED = (vtkmodules.vtkRenderingFreeType, vtkmodules.vtkRenderingOpenGL2)
 
+_REACH = 10  # pixels that a click may miss a curve by
 _STEEPEST = 89.0  # degrees, of the view that the keys turn
 # From the object to the camera; "iso" is the scene's own.
 DIRECTIONS = {
@@ -77,6 +79,8 @@ class Stage:
         self._shown: Scene | None = None
         self._framed: str | None = None  # the view to return to when the size changes
         self._cursor: tuple[str, float] | None = None
+        self._marks: tuple[FloatArray, list[FloatArray]] = (np.empty((0, 3)), [])
+        self._crossed = False
         self._parallel = False
         self._size = (1, 1)
         self.interactor = vtkGenericRenderWindowInteractor()
@@ -115,8 +119,13 @@ class Stage:
             self._frame("iso")
         else:
             scene.renderer.SetActiveCamera(_copied(before.renderer.GetActiveCamera()))
+        self._add_signs(scene)
+        scene.show_cross(self._crossed)
+
+    def _add_signs(self, scene: Scene) -> None:
         if self._cursor is not None:
             scene.show_cursor(*self._cursor)
+        scene.show_marks(*self._marks)
 
     def _alter(self, scene: Scene, before: Play, play: Play) -> None:
         another_size = False
@@ -165,8 +174,7 @@ class Stage:
         scene = replace(self._play, font_size=scale * self._play.font_size).scene(scale)
         if self._scene is not None:
             scene.renderer.SetActiveCamera(_copied(self._scene.renderer.GetActiveCamera()))
-        if self._cursor is not None:
-            scene.show_cursor(*self._cursor)
+        self._add_signs(scene)
         return drawn(scene, size, transparent)
 
     def fit(self) -> None:
@@ -194,6 +202,50 @@ class Stage:
         if self._scene is not None:
             self._scene.show_cursor(name, s)
             self._changed()
+
+    def show_marks(self, points: FloatArray, curves: list[FloatArray]) -> None:
+        """Show what is pointed at, (n, 3), and measured, curves of (n, 3) points each."""
+        self._marks = (points, curves)
+        if self._scene is not None:
+            self._scene.show_marks(points, curves)
+            self._changed()
+
+    def show_cross(self, shown: bool) -> None:
+        """Show where the middle of the view is, for those who aim with the keys."""
+        if shown != self._crossed:
+            self._crossed = shown
+            if self._scene is not None:
+                self._scene.show_cross(shown)
+                self._changed()
+
+    def line_of_sight(self, x: float, y: float) -> tuple[FloatArray, FloatArray, float]:
+        """Where a line of sight enters and leaves what is drawn, (3,) m each.
+
+        x, y: device pixels from the upper left corner.  And how many metres a few
+        pixels are at what the camera looks at.
+        """
+        renderer = self._scene.renderer
+        ends = []
+        for depth in (0.0, 1.0):
+            renderer.SetDisplayPoint(x, self._size[1] - 1 - y, depth)
+            renderer.DisplayToWorld()
+            *place, weight = renderer.GetWorldPoint()
+            ends.append(np.array(place) / weight)
+        camera = renderer.GetActiveCamera()
+        half = camera.GetDistance() * np.tan(np.radians(camera.GetViewAngle()) / 2)
+        if self._parallel:
+            half = camera.GetParallelScale()
+        return ends[0], ends[1], float(2.0 * half / self._size[1] * _REACH)
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """The middle of the view, device pixels from the upper left corner."""
+        return 0.5 * self._size[0], 0.5 * self._size[1]
+
+    @property
+    def sight(self) -> FloatArray:
+        """(3,) unit: along which the camera looks."""
+        return np.array(self._scene.renderer.GetActiveCamera().GetDirectionOfProjection())
 
     def turn(self, across: float, upward: float) -> None:
         """Turn the camera about the object, z up in the picture: degrees."""

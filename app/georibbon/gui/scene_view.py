@@ -9,7 +9,7 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QRect, Qt, QThread, QTimer, Signal
+from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QThread, QTimer, Signal
 from PySide6.QtGui import (
     QGuiApplication,
     QImage,
@@ -29,6 +29,7 @@ from PySide6.QtWidgets import QWidget
 
 from georibbon.errors import ExportError
 from georibbon.gui.language import tr
+from georibbon.gui.scene_tools import Tools
 from georibbon.gui.theme import theme_of
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ _TURNS = {
     Qt.Key.Key_Up: (0.0, 5.0),
     Qt.Key.Key_Down: (0.0, -5.0),
 }
+_TOUCHES = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
+_STILL = 5  # pixels by which a hand may tremble while it clicks
 _ZOOMS = {
     Qt.Key.Key_Plus: 1.1,
     Qt.Key.Key_Equal: 1.1,
@@ -104,11 +107,19 @@ class _View:
     """What both kinds of view have in common: the mixin of a QWidget.
 
     camera_moved(): by hand; what is looked at changed otherwise without it.
-    recoloured(): another colouring, range or result is shown.
+    recoloured(): another colouring, range, unit or result is shown.  picked(Pick),
+    measured(Distance), sectioned(Section): what a tool has found, of
+    georibbon.scene.measuring.  tool_changed(tool): another is in the hand.
+    hinted(sentence): what to do next with it, or why it found nothing.
     """
 
     camera_moved = Signal()
     recoloured = Signal()
+    picked = Signal(object)
+    measured = Signal(object)
+    sectioned = Signal(object)
+    tool_changed = Signal(str)
+    hinted = Signal(str)
 
     _stage: Stage | None = None
     _reconstruction: Reconstruction | None = None
@@ -126,6 +137,16 @@ class _View:
         self._deviation_words = ""
         self._unit = ("mm", 1e-3)
         self._look = None
+        self._pressed: QPointF | None = None  # where a tool may be about to touch
+        self.tools = Tools(self)
+        for signal, told in (
+            (self.tools.picked, self.picked),
+            (self.tools.measured, self.measured),
+            (self.tools.sectioned, self.sectioned),
+            (self.tools.hinted, self.hinted),
+        ):
+            signal.connect(told)
+        self.tools.changed.connect(self._take_tool)
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
         self._resting.setInterval(_REST_MS)
@@ -222,6 +243,7 @@ class _View:
             self._load()
         if self._stage is not None:
             self._stage.show(self._play())
+            self.tools.follow(self._stage, self._reconstruction)
             self.recoloured.emit()
         self.refresh()
 
@@ -272,6 +294,32 @@ class _View:
             image.fill(Qt.GlobalColor.transparent if transparent else ground)
             return image
         return _image(self._stage.picture(size, scale, transparent), ratio)
+
+    # --- the tools ---
+
+    def set_tool(self, tool: str) -> None:
+        """Take up "point", "distance" or "section", or "none"; Escape puts it down."""
+        self.tools.choose(tool)
+
+    @property
+    def tool(self) -> str:
+        """The tool in the hand."""
+        return self.tools.tool
+
+    def set_upright_sections(self, upright: bool) -> None:
+        """Cut upright, or along the line of sight."""
+        self.tools.upright = upright
+
+    def clear_marks(self) -> None:
+        """Take away what was pointed at and measured."""
+        self.tools.clear()
+
+    def _take_tool(self, tool: str) -> None:
+        if tool == "none":
+            self.unsetCursor()
+        else:
+            self.setCursor(Qt.CursorShape.CrossCursor)
+        self.tool_changed.emit(tool)
 
     # --- the camera ---
 
@@ -330,18 +378,34 @@ class _View:
     # --- the hand ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin to turn, to move or to zoom."""
-        self._button(event, "Press")
+        """Begin to turn, to move or to zoom, or to touch with the tool."""
+        if self.tool != "none" and event.button() == Qt.MouseButton.LeftButton:
+            self._pressed = event.position()
+        else:
+            self._button(event.button(), "Press", event.position(), event.modifiers())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End it."""
-        self._button(event, "Release")
+        if self._pressed is None:
+            self._button(event.button(), "Release", event.position(), event.modifiers())
+        else:
+            self._pressed = None
+            ratio, at = self.devicePixelRatioF(), event.position()
+            self.tools.click(at.x() * ratio, at.y() * ratio)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Turn, move or zoom."""
-        if self._stage is not None:
-            self._point(event)
-            self._stage.interactor.MouseMoveEvent()
+        if self._stage is None:
+            return
+        start = self._pressed
+        if start is not None:
+            if (event.position() - start).manhattanLength() < _STILL:
+                return
+            self._pressed = None  # it was no touch
+            self._button(Qt.MouseButton.LeftButton, "Press", start, event.modifiers())
+        self._stage.show_cross(False)
+        self._point(event.position(), event.modifiers())
+        self._stage.interactor.MouseMoveEvent()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom by the wheel's angle, however finely it is told."""
@@ -349,27 +413,53 @@ class _View:
             self._stage.zoom(1.1 ** (event.angleDelta().y() / 120.0))
             event.accept()
 
+    def event(self, event: QEvent) -> bool:
+        """With a tool in the hand, its keys are the view's own, not the window's."""
+        own = self.tool != "none" and event.type() == QEvent.Type.ShortcutOverride
+        if own and event.key() in (*_TOUCHES, Qt.Key.Key_Escape):
+            event.accept()
+            return True
+        return super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Turn by the arrows, zoom by plus and minus, fit by Home."""
+        """Turn by the arrows, zoom by plus and minus, fit by Home.
+
+        A tool touches the middle of the view by Return or Space; Escape puts it down.
+        """
         if self._stage is None:
             super().keyPressEvent(event)
-        elif event.key() in _TURNS:
+            return
+        aiming = self.tool != "none"
+        if event.key() in _TURNS:
             self._stage.turn(*_TURNS[event.key()])
         elif event.key() in _ZOOMS:
             self._stage.zoom(_ZOOMS[event.key()])
         elif event.key() == Qt.Key.Key_Home:
             self._stage.fit()
+        elif aiming and event.key() in _TOUCHES:
+            self.tools.click(*self._stage.middle)
+        elif aiming and event.key() == Qt.Key.Key_Escape:
+            self.set_tool("none")
+            return
         else:
             super().keyPressEvent(event)
+            return
+        self._stage.show_cross(aiming)
 
-    def _button(self, event: QMouseEvent, what: str) -> None:
-        name = _BUTTONS.get(event.button())
+    def _button(
+        self,
+        button: Qt.MouseButton,
+        what: str,
+        at: QPointF,
+        keys: Qt.KeyboardModifier,
+    ) -> None:
+        name = _BUTTONS.get(button)
         if self._stage is not None and name is not None:
-            self._point(event)
+            self._point(at, keys)
             getattr(self._stage.interactor, f"{name}{what}Event")()
 
-    def _point(self, event: QMouseEvent) -> None:
-        ratio, at, keys = self.devicePixelRatioF(), event.position(), event.modifiers()
+    def _point(self, at: QPointF, keys: Qt.KeyboardModifier) -> None:
+        ratio = self.devicePixelRatioF()
         self._stage.point(
             round(at.x() * ratio),
             round(at.y() * ratio),

@@ -79,7 +79,7 @@ def surface_values(surface: Surface, look: Look) -> FloatArray | None:
     if mode in ("gaussian", "mean"):
         bend = surface_curvature(surface)
         return bend.gaussian if mode == "gaussian" else bend.mean
-    if mode == "normal" and _is_grid(surface):
+    if mode == "normal" and is_grid(surface):
         return surface_curvature(surface).along(along_passes(surface))
     return None
 
@@ -87,7 +87,7 @@ def surface_values(surface: Surface, look: Look) -> FloatArray | None:
 def surface_curvature(surface: Surface) -> Curvature:
     """The surface's curvature at its mesh's vertices."""
     mesh = surface.mesh
-    return grid_curvature(mesh, surface.shape) if _is_grid(surface) else mesh_curvature(mesh)
+    return grid_curvature(mesh, surface.shape) if is_grid(surface) else mesh_curvature(mesh)
 
 
 def along_passes(surface: Surface) -> FloatArray:
@@ -96,7 +96,8 @@ def along_passes(surface: Surface) -> FloatArray:
     return grid_differences(grid)[0].reshape(-1, 3)
 
 
-def _is_grid(surface: Surface) -> bool:
+def is_grid(surface: Surface) -> bool:
+    """Whether the mesh's vertices are a grid of the surface's shape."""
     rows, columns = surface.shape
     return rows > 1 and columns > 1 and rows * columns == len(surface.mesh.vertices)
 

@@ -78,6 +78,20 @@ class Key:
         return actor
 
 
+def cross(font_size: int, colour: Colour) -> vtkTextActor:
+    """A cross in the middle of the picture, not to be seen at first."""
+    actor = vtkTextActor()
+    actor.SetInput("┼")
+    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    actor.GetPositionCoordinate().SetValue(0.5, 0.5)
+    look = actor.GetTextProperty()
+    style(look, 2 * font_size, colour)
+    look.SetJustificationToCentered()
+    look.SetVerticalJustificationToCentered()
+    actor.VisibilityOff()
+    return actor
+
+
 def axes_renderer(font_size: int, colours: tuple[Colour, Colour, Colour]) -> vtkRenderer:
     """A small renderer for the lower right corner that shows the workpiece's axes."""
     axes = vtkAxesActor()

@@ -88,6 +88,8 @@ class Scene:
         self._words = Words(self.renderer, font_size)
         self._bar = overlays.ScalarBar(font_size, paper.ink)
         self.renderer.AddViewProp(self._bar.actor)
+        self._cross = overlays.cross(font_size, paper.tool)
+        self.renderer.AddViewProp(self._cross)
         self._key = overlays.Key(self.renderer, font_size)
         self._lights = vtkLightKit()
         self._lights.AddLightsToRenderer(self.renderer)
@@ -154,6 +156,10 @@ class Scene:
             self._tool_points.show(shapes.stamped(shapes.ball(), points, size))
         self._tool_lines.actor.SetVisibility(len(curves) > 0)
         self._tool_lines.show(curves)
+
+    def show_cross(self, shown: bool) -> None:
+        """Show where the middle of the picture is."""
+        self._cross.SetVisibility(shown)
 
     # --- where it is seen ---
 
