@@ -10,11 +10,12 @@ from PySide6.QtWidgets import QApplication
 from georibbon import reconstruction
 from georibbon.gui import smoothing
 from georibbon.gui.smoothing import STEPS, SmoothingControl, to_metres, to_step
+from georibbon.gui.units import Units
 
 
 @pytest.fixture
 def control(qtbot):
-    made = SmoothingControl("pass P1", "automatic")
+    made = SmoothingControl(Units(), "pass P1", "automatic")
     qtbot.addWidget(made)
     made.show_value(0.062, False, "automatic")
     made.seen = []
@@ -102,3 +103,21 @@ def test_a_wheel_over_it_scrolls_the_table(control):
         QApplication.sendEvent(part, wheel)
         assert part.value() == before
     assert control.seen == []
+
+
+def test_the_length_is_in_the_unit_in_use(control, qtbot):
+    control._units.use("in")
+    assert control.number.text() == "2.441 in"
+    assert "0.197 in to 39.370 in" in control.slider.accessibleName()
+    control.number.selectAll()
+    qtbot.keyClicks(control.number, "4")
+    qtbot.keyClick(control.number, Qt.Key.Key_Return)
+    assert control.seen == [("chosen", pytest.approx(0.1016))]
+
+
+def test_its_way_back_tells_what_it_is(control):
+    control.show_value(0.1, True, "as all")
+    assert control.back.toolTip() == "Back to as all"
+    control.show_value(0.1, False, "automatic")
+    assert control.back.toolTip() == "It is automatic"
+    assert control.back.accessibleName() == "Smoothing of pass P1: automatic"

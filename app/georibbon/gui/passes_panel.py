@@ -1,4 +1,4 @@
-"""The passes: how good each is, its smoothing, and below why."""
+"""The passes: how good each is and why, its smoothing, and below what else can be chosen of it."""
 
 import math
 
@@ -8,40 +8,72 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QLabel,
+    QSplitter,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
-from georibbon.gui.document import EVERY_PASS, Document
+from georibbon.gui.document import EVERY_PASS
+from georibbon.gui.language import N_, tr
+from georibbon.gui.parts import Parts
+from georibbon.gui.pass_details import PassDetails
 from georibbon.gui.smoothing import SmoothingControl
 
-COLUMNS = ("Pass", "Kind", "Verdict", "σ (mm)", "Smoothing")
+COLUMNS = (N_("Pass"), N_("Kind"), N_("Verdict"), N_("σ ({unit})"), N_("Smoothing"))
 NAME, KIND, VERDICT, SIGMA, SMOOTHING = range(len(COLUMNS))
 MOST_REASONS = 6
-AUTOMATIC, AS_ALL = "automatic", "as all"
+AUTOMATIC, AS_ALL = N_("automatic"), N_("as all")
+KINDS = {"pass": N_("pass"), "tie": N_("tie")}
+VERDICTS = {"good": N_("good"), "acceptable": N_("acceptable"), "redo": N_("redo")}
 # Three to one and more against both palettes; the shape and the word say the same.
 COLOURS = {"good": "#2f9e5b", "acceptable": "#c27c0e", "redo": "#d9434e"}
 CORNERS = {"good": 24, "acceptable": 3, "redo": 4}
 
 
 class PassesPanel(QWidget):
-    """A table of the passes; the first line is for all of them.
+    """A table of the passes, the first line for all of them, and the choices of the chosen one.
 
     chosen(names): the passes in the lines that a person selected.
     """
 
     chosen = Signal(list)
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+    def __init__(self, parts: Parts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._document = document
+        self._document, self._units = parts.document, parts.units
         self._names: list[str] = []
         self._controls: dict[str, SmoothingControl] = {}
+        self._make_table()
+        self.reasons = QLabel()
+        self.reasons.setWordWrap(True)
+        self.reasons.setTextFormat(Qt.TextFormat.PlainText)
+        self.reasons.setMargin(4)
+        self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.reasons.setAccessibleName(tr("Why the passes are good or not"))
+        above = QWidget()
+        column = QVBoxLayout(above)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.reasons)
+        self.details = PassDetails(parts)
+        self.splitter = QSplitter(Qt.Orientation.Vertical)
+        self.splitter.setChildrenCollapsible(False)
+        self.splitter.addWidget(above)
+        self.splitter.addWidget(self.details)
+        self.splitter.setStretchFactor(0, 3)
+        self.splitter.setStretchFactor(1, 2)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.splitter)
+        self._connect()
+        self._changed("source")
+
+    def _make_table(self) -> None:
         self.table = QTableWidget(0, len(COLUMNS))
-        self.table.setHorizontalHeaderLabels(COLUMNS)
-        self.table.setAccessibleName("Passes")
+        self.table.setAccessibleName(tr("Passes"))
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -51,21 +83,24 @@ class PassesPanel(QWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(SMOOTHING, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(40)
-        self.reasons = QLabel()
-        self.reasons.setWordWrap(True)
-        self.reasons.setTextFormat(Qt.TextFormat.PlainText)
-        self.reasons.setMargin(4)
-        self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.reasons.setAccessibleName("Why the passes are good or not")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self.reasons)
-        self.table.itemSelectionChanged.connect(self._show_reasons)
-        self.table.itemSelectionChanged.connect(lambda: self.chosen.emit(self.selected()))
-        document.changed.connect(self._changed)
-        document.reconstructed.connect(self._show_result)
-        self._changed("source")
+        self._name_columns()
+
+    def _connect(self) -> None:
+        self.table.itemSelectionChanged.connect(self._select)
+        self._document.changed.connect(self._changed)
+        self._document.reconstructed.connect(self._show_result)
+        self._units.changed.connect(self._take_unit)
+
+    def _name_columns(self) -> None:
+        unit = self._units.symbol
+        self.table.setHorizontalHeaderLabels(
+            [tr(one, unit=unit) if "{" in one else tr(one) for one in COLUMNS]
+        )
+
+    def _take_unit(self) -> None:
+        self._name_columns()
+        if self._document.reconstruction is not None:
+            self._show_result(self._document.reconstruction)
 
     def control(self, name: str) -> SmoothingControl:
         """The smoothing of a pass, or of "*"."""
@@ -80,6 +115,12 @@ class PassesPanel(QWidget):
         """What stands in a pass's line."""
         return self.table.item(self._row(name), column).text()
 
+    def _select(self) -> None:
+        names = self.selected()
+        self.details.look_at(names[0] if len(names) == 1 else EVERY_PASS)
+        self._show_reasons()
+        self.chosen.emit(names)
+
     def _row(self, name: str) -> int:
         return 0 if name == EVERY_PASS else 1 + self._names.index(name)
 
@@ -87,7 +128,9 @@ class PassesPanel(QWidget):
         passes = self._document.passes
         if what == "source" or [one.name for one in passes] != self._names:
             self._fill(passes)
+            self.details.look_at(EVERY_PASS)
         self._show_smoothing()
+        self.details.refresh()
 
     def _fill(self, passes) -> None:
         self.table.setRowCount(0)
@@ -97,9 +140,11 @@ class PassesPanel(QWidget):
         if not passes:
             return
         self.table.setRowCount(1 + len(passes))
-        self._line(0, EVERY_PASS, "all", "", "all passes without their own")
+        self._line(0, EVERY_PASS, tr("all"), "", tr("all passes without their own"))
         for row, one in enumerate(passes, start=1):
-            self._line(row, one.name, one.name, one.kind, f"{one.kind} {one.name}")
+            kind = tr(KINDS[one.kind])
+            whose = tr("{kind} {name}", kind=kind, name=one.name)
+            self._line(row, one.name, one.name, kind, whose)
         for row in range(self.table.rowCount()):
             height = self._controls[EVERY_PASS].sizeHint().height() + 4
             self.table.setRowHeight(row, height)
@@ -111,7 +156,7 @@ class PassesPanel(QWidget):
         self.table.item(row, KIND).setText(kind)
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         self.table.item(row, SIGMA).setTextAlignment(right)
-        control = SmoothingControl(whose, AUTOMATIC)
+        control = SmoothingControl(self._units, whose, tr(AUTOMATIC))
         document = self._document
         control.previewed.connect(lambda metres: document.preview_smoothing(name, metres))
         control.chosen.connect(lambda metres: document.set_smoothing(name, metres))
@@ -127,10 +172,10 @@ class PassesPanel(QWidget):
             if name == EVERY_PASS:
                 usual = math.exp(_mean([math.log(one) for one in fitted.values()]))
                 control.show_value(
-                    every or (usual if fitted else None), every is not None, AUTOMATIC
+                    every or (usual if fitted else None), every is not None, tr(AUTOMATIC)
                 )
             else:
-                otherwise = AUTOMATIC if every is None else AS_ALL
+                otherwise = tr(AUTOMATIC if every is None else AS_ALL)
                 own = smoothing.get(name)
                 control.show_value(own or every or fitted.get(name), own is not None, otherwise)
 
@@ -141,6 +186,7 @@ class PassesPanel(QWidget):
                 self._show_pass(self._row(name), fitted[name])
         self._show_smoothing()
         self._show_reasons()
+        self.details.refresh()
 
     def _show_reasons(self) -> None:
         """Why, of the selected passes or of all, those with the same reason together."""
@@ -154,7 +200,7 @@ class PassesPanel(QWidget):
                 verdict = (one.quality.verdict, one.quality.reason)
                 together.setdefault(verdict, []).append(one.name)
         lines = [
-            f"{', '.join(names)}: {verdict}: {reason}"
+            f"{', '.join(names)}: {tr(VERDICTS[verdict])}: {reason}"
             for (verdict, reason), names in together.items()
         ]
         self.reasons.setText("\n".join(lines[:MOST_REASONS]))
@@ -163,9 +209,9 @@ class PassesPanel(QWidget):
         sigma = fitted.position_sigma
         rms = math.hypot(*sigma) / math.sqrt(len(sigma))
         quality = fitted.quality
-        self.table.item(row, VERDICT).setText(quality.verdict)
+        self.table.item(row, VERDICT).setText(tr(VERDICTS[quality.verdict]))
         self.table.item(row, VERDICT).setIcon(_icon(quality.verdict))
-        self.table.item(row, SIGMA).setText(f"{1e3 * rms:.2f}")
+        self.table.item(row, SIGMA).setText(self._units.number(rms, 1))
         for column in (NAME, KIND, VERDICT, SIGMA):
             self.table.item(row, column).setToolTip(quality.reason)
 

@@ -1,9 +1,13 @@
-"""One pass's smoothing: a slider over decades, a number in millimetres, and back to automatic."""
+"""One pass's smoothing: a slider over decades, a length, and back to automatic."""
 
 import math
 
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QLocale, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QPushButton, QSlider, QWidget
+
+from georibbon.gui.language import tr
+from georibbon.gui.length_box import LengthBox
+from georibbon.gui.units import Units
 
 # Those of `reconstruction`, whose import would keep the window from showing.
 SHORTEST_SMOOTHING, LONGEST_SMOOTHING = 0.001, 10.0
@@ -34,8 +38,8 @@ class _Slider(QSlider):
             event.ignore()
 
 
-class _Number(QDoubleSpinBox):
-    """A number with the same manners."""
+class _Number(LengthBox):
+    """A length with the same manners, written without zeros that say nothing."""
 
     def wheelEvent(self, event) -> None:
         """Turn the number, or have the table scrolled."""
@@ -43,6 +47,12 @@ class _Number(QDoubleSpinBox):
             super().wheelEvent(event)
         else:
             event.ignore()
+
+    def textFromValue(self, value: float) -> str:
+        """The value as short as it can be: four digits tell a smoothing."""
+        locale = self.locale()
+        locale.setNumberOptions(QLocale.NumberOption.OmitGroupSeparator)
+        return locale.toString(float(f"{value:.4g}"), "g", 6)
 
 
 class SmoothingControl(QWidget):
@@ -56,8 +66,11 @@ class SmoothingControl(QWidget):
     chosen = Signal(float)
     reset = Signal()
 
-    def __init__(self, whose: str, automatic: str, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, units: Units, whose: str, automatic: str, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
+        self._units, self._whose = units, whose
         self._settling = QTimer(self)
         self._settling.setSingleShot(True)
         self._settling.setInterval(SETTLE_MS)
@@ -68,22 +81,16 @@ class SmoothingControl(QWidget):
         self.slider.setSingleStep(STEPS // 100)
         self.slider.setMinimumWidth(80)
         self.slider.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.slider.setAccessibleName(f"Smoothing of {whose}, 5 to 1000 mm")
-        self.slider.setToolTip(f"The finest detail that {whose} follows")
-        self.number = _Number()
-        self.number.setRange(1e3 * SHORTEST_SMOOTHING, 1e3 * LONGEST_SMOOTHING)
-        self.number.setDecimals(0)
-        self.number.setSuffix(" mm")
+        self.slider.setToolTip(tr("The finest detail that {whose} follows", whose=whose))
+        self.number = _Number(units, SHORTEST_SMOOTHING, LONGEST_SMOOTHING)
         self.number.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.number.setFixedWidth(self.number.fontMetrics().horizontalAdvance("10000 mm") + 16)
-        self.number.setKeyboardTracking(False)
         self.number.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.number.setAccessibleName(f"Smoothing of {whose} in millimetres")
+        self.number.setAccessibleName(tr("Smoothing of {whose}, a length", whose=whose))
         self.back = QPushButton(automatic)
         self.back.setCheckable(True)
-        self.back.setFixedWidth(self.back.fontMetrics().horizontalAdvance("automatic") + 20)
-        self.back.setAccessibleName(f"Smoothing of {whose}: {automatic}")
+        self.back.setFixedWidth(self.back.fontMetrics().horizontalAdvance(tr("automatic")) + 20)
         row = QHBoxLayout(self)
         row.setContentsMargins(4, 0, 4, 0)
         row.addWidget(self.slider, 1)
@@ -91,8 +98,16 @@ class SmoothingControl(QWidget):
         row.addWidget(self.back)
         self.slider.valueChanged.connect(self._moved)
         self.slider.sliderReleased.connect(self._settle)
-        self.number.valueChanged.connect(self._typed)
+        self.number.edited.connect(self._typed)
         self.back.clicked.connect(self._go_back)
+        units.changed.connect(self._name)
+        self._name()
+
+    def _name(self) -> None:
+        low, high = self._units.text(SHORTEST), self._units.text(LONGEST)
+        self.slider.setAccessibleName(
+            tr("Smoothing of {whose}, {low} to {high}", whose=self._whose, low=low, high=high)
+        )
 
     @property
     def held(self) -> bool:
@@ -104,17 +119,20 @@ class SmoothingControl(QWidget):
         self.back.setText(automatic)
         with QSignalBlocker(self.back):
             self.back.setChecked(not own)
-        self.back.setToolTip(f"It is {automatic}" if not own else f"Back to {automatic}")
+        way = tr("Back to {way}", way=automatic) if own else tr("It is {way}", way=automatic)
+        self.back.setToolTip(way)
+        self.back.setAccessibleName(
+            tr("Smoothing of {whose}: {way}", whose=self._whose, way=automatic)
+        )
         if metres is None or self.held:
             return
-        with QSignalBlocker(self.slider), QSignalBlocker(self.number):
+        with QSignalBlocker(self.slider):
             self.slider.setValue(to_step(metres))
-            self.number.setValue(1e3 * metres)
+        self.number.set_metres(metres)
 
     def _moved(self, step: int) -> None:
         metres = to_metres(step)
-        with QSignalBlocker(self.number):
-            self.number.setValue(1e3 * metres)
+        self.number.set_metres(metres)
         self.previewed.emit(metres)
         if not self.slider.isSliderDown():
             self._settling.start()
@@ -123,11 +141,11 @@ class SmoothingControl(QWidget):
         self._settling.stop()
         self.chosen.emit(to_metres(self.slider.value()))
 
-    def _typed(self, millimetres: float) -> None:
+    def _typed(self, metres: float) -> None:
         self._settling.stop()
         with QSignalBlocker(self.slider):
-            self.slider.setValue(to_step(1e-3 * millimetres))
-        self.chosen.emit(1e-3 * millimetres)
+            self.slider.setValue(to_step(metres))
+        self.chosen.emit(metres)
 
     def _go_back(self) -> None:
         self._settling.stop()
