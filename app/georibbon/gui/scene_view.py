@@ -415,7 +415,7 @@ class _View:
 
     def event(self, event: QEvent) -> bool:
         """With a tool in the hand, its keys are the view's own, not the window's."""
-        own = self.tool != "none" and event.type() == QEvent.Type.ShortcutOverride
+        own = event.type() == QEvent.Type.ShortcutOverride and self.tool != "none"
         if own and event.key() in (*_TOUCHES, Qt.Key.Key_Escape):
             event.accept()
             return True
