@@ -36,6 +36,7 @@ COMMANDS = {
     "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
     "batch": ("batch", "reconstruct many sessions, several at a time"),
+    "compare": ("comparison", "tell how one surface lies from another"),
     "import": ("sessions", "put a recording folder into a session file"),
     "export": ("sessions", "write a session's raw data as a recording folder"),
     "check": ("check", "verify a session; save what can be read of a damaged one"),

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from georibbon.arrays import FloatArray
 from georibbon.reconstruction import FittedPass, Reconstruction
 from georibbon.ribbon import SensorKind
 from georibbon.scene.colours import quantity_table, round_range
@@ -80,6 +81,19 @@ def residuals_figure(reconstruction: Reconstruction, form: Form = "svg") -> byte
             image = _draw_residuals(axis, reconstruction, kind)
         bar = figure.colorbar(image, ax=list(axes), extend="both", aspect=30, pad=0.01)
         bar.set_label("residual / its standard deviation")
+        return _drawn(figure, form)
+
+
+def deviation_figure(values: FloatArray, form: Form = "svg") -> bytes:
+    """How often each deviation (n,), metres, NaN left out, occurs."""
+    found = values[np.isfinite(values)] * 1e3
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(_PAGE_WIDTH, 2.2), layout="constrained")
+        axis = figure.subplots()
+        axis.hist(found, bins=60, color=_COLOURS[0])
+        axis.axvline(0.0, color=_COLOURS[5], linewidth=0.8)
+        axis.set(xlabel="deviation, mm", ylabel="places")
+        axis.set_title("How often each deviation occurs", loc="left", fontweight="bold")
         return _drawn(figure, form)
 
 

@@ -45,8 +45,8 @@ def report_data(
         "surface": _surface(reconstruction),
         "notices": [_notice(notice) for notice in all_notices(reconstruction)],
     }
-    plain: dict[str, Any] = _plain(data)
-    return plain
+    document: dict[str, Any] = as_json(data)
+    return document
 
 
 def overall(reconstruction: Reconstruction) -> tuple[Verdict, list[str]]:
@@ -182,15 +182,15 @@ def _notice(notice: Notice) -> dict[str, Any]:
     return data
 
 
-def _plain(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """The value with nothing in it that JSON or UTF-8 cannot say."""
     if value is None or isinstance(value, bool | int):
         return value
     if isinstance(value, str):  # a file name that is no UTF-8 holds lone surrogates
         return value.encode("utf-8", "backslashreplace").decode("utf-8")
     if isinstance(value, Mapping):
-        return {_plain(name): _plain(entry) for name, entry in value.items()}
+        return {as_json(name): as_json(entry) for name, entry in value.items()}
     if isinstance(value, Sequence):
-        return [_plain(entry) for entry in value]
+        return [as_json(entry) for entry in value]
     number = float(value)
     return float(f"{number:.{_DIGITS}g}") if math.isfinite(number) else None

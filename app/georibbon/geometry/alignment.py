@@ -11,6 +11,7 @@ from georibbon.geometry.nearest import TriangleLocator
 
 _TRIED, _USED = 250, 2500  # points for choosing a start, and for the motion itself
 _TRIAL_STEPS, _STEPS = 12, 80
+_ALIKE = 2.0  # a dome fits nearly as well the other way round
 _OUTLIER = 4.0  # of the median: what is farther away does not pull
 _AT_REST = 1e-9  # of the size
 _WEAK = 1e-5  # of the strongest: how little the surface may hold in a direction before it is left
@@ -55,7 +56,7 @@ def align(points: FloatArray, reference: TriangleLocator, middles: FloatArray) -
     tried = [_followed(few, reference, start, _TRIAL_STEPS) for start in starts]
     misses = np.array([_miss(one.applied(few), reference) for one in tried])
     # Of those that fit alike the first: a surface that fits as it lies is not turned about.
-    best = int(np.argmax(misses <= 1.05 * misses.min() + 1e-6 * reference.size))
+    best = int(np.argmax(misses <= _ALIKE * misses.min() + 1e-6 * reference.size))
     return _followed(_some(points, _USED), reference, tried[best], _STEPS)
 
 
