@@ -174,8 +174,6 @@ def _steps(name: str, beside: str, order: Sequence[str]) -> int:
 
 def _turned(strip: Strip, known: Known) -> Strip:
     """From magnetic axes to the workpiece's."""
-    if not known.strips:
-        return strip
     turn = about_z(-known.heading)
     return Strip(strip.s, strip.points @ turn.T, turn @ strip.frames)
 

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from georibbon.calibration.model import Calibration
 from georibbon.calibration.plans import PLANS
 from georibbon.capture.laying import LIKENESSES, Likeness
 from georibbon.capture.plan import (
@@ -35,13 +36,14 @@ from georibbon.capture.plan import (
 )
 from georibbon.errors import GeoribbonError, SettingsError
 from georibbon.gui import dialogs
-from georibbon.gui.capturing.calibrations import Kept, kept_calibrations, read_kept
 from georibbon.gui.capturing.latest import Latest, Stop
 from georibbon.gui.capturing.plan_drawing import PlanDrawing
 from georibbon.gui.language import N_, tr, trn
 from georibbon.gui.length_box import LengthBox
 from georibbon.gui.parts import Parts
 from georibbon.gui.theme import colours_of
+from georibbon.session.calibration_file import read_calibration
+from georibbon.session.calibration_shelf import Shelf
 
 PLAN_FILES = "Plans (*.toml)"
 CALIBRATION_FILES = "Calibrations (*.json)"
@@ -64,10 +66,11 @@ SIGMAS = (1e-5, 0.1)  # m
 
 @dataclass(frozen=True, eq=False)
 class _Source:
-    """Where the calibration comes from: so many poses first, or one that was kept."""
+    """Where the calibration comes from: so many poses first, or one that is there, of a name."""
 
     poses: int
-    kept: Kept | None = None
+    calibration: Calibration | None = None
+    name: str = ""
 
 
 class PlanPage(QWidget):
@@ -80,10 +83,14 @@ class PlanPage(QWidget):
     wanted = Signal(str)
     left_for_capture = Signal()
 
-    def __init__(self, parts: Parts, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, parts: Parts, parent: QWidget | None = None, folder: Path | None = None
+    ) -> None:
         super().__init__(parent)
         self._parts = parts
+        self._shelf = Shelf(_kept_folder() if folder is None else folder)
         self._base = CapturePlan()  # what a plan file says besides: workpiece and survey
+        self._chose = False  # whether a person chose a calibration
         self._path: Path | None = None  # where a person chose it to be
         self._latest = Latest("forecast", self)
         self._timer = QTimer(self)
@@ -129,6 +136,10 @@ class PlanPage(QWidget):
     def likeness(self) -> Likeness:
         """What the object is like."""
         return self.like.currentData()
+
+    def follow(self, plan: CapturePlan) -> None:
+        """Show how much a capture that goes on is planned to have."""
+        self.show_plan(replace(plan, layout=self.plan.layout))
 
     def show_plan(self, plan: CapturePlan) -> None:
         """Show a plan."""
@@ -264,6 +275,7 @@ class PlanPage(QWidget):
             box.currentIndexChanged.connect(self._changed)
         for name in KEPT_LAYOUT:
             getattr(self, name).edited.connect(self._changed)
+        self.calibration.activated.connect(self._choose_calibration)
         self.title.textChanged.connect(self._show_file)
         self.auto.toggled.connect(lambda on: parts.settings.put("capture/auto", on))
         self.load.clicked.connect(self.ask_load)
@@ -304,10 +316,8 @@ class PlanPage(QWidget):
                 tr("{path} is there already; choose another name, or open it and go on", path=path)
             )
             return
-        source = self._source()
-        calibration = None if source.kept is None else source.kept.calibration
         self._refuse("")
-        capture.begin(path, plan, calibration, self.auto.isChecked())
+        capture.begin(path, plan, self._source().calibration, self.auto.isChecked())
 
     def begin_again(self) -> None:
         """Go on with the session that is open, by what it says is planned."""
@@ -352,13 +362,18 @@ class PlanPage(QWidget):
         if path is None:
             return
         try:
-            kept = read_kept(path)
+            calibration = read_calibration(path)
         except GeoribbonError as error:
             self._refuse(str(error))
             return
-        self.calibration.insertItem(0, kept.name, _Source(0, kept))
-        self.calibration.setCurrentIndex(0)
+        self.use_calibration(calibration, path.stem)
         self._refuse("")
+
+    def use_calibration(self, calibration: Calibration, name: str) -> None:
+        """Choose a calibration that is not among those that are kept."""
+        self._chose = True
+        self.calibration.insertItem(0, name, _Source(0, calibration, name))
+        self.calibration.setCurrentIndex(0)
 
     def entered(self) -> None:
         """Comes into sight: what was kept meanwhile can be chosen."""
@@ -395,21 +410,26 @@ class PlanPage(QWidget):
         self._changed()
 
     def _fill_calibrations(self) -> None:
-        identity = self._parts.station.identity
-        before = self._source()
+        """Those of the ribbon that are kept, the newest first, then poses; the choice stays."""
+        identity, before = self._parts.station.identity, self._source()
+        kept = () if identity is None else self._shelf.look()[0]
+        sources = [
+            _Source(0, one.calibration, one.name)
+            for one in kept
+            if one.calibration.ribbon_id == identity.ribbon.id
+        ]
+        names = [one.name for one in sources]
+        if before.calibration is not None and before.name not in names:
+            sources.insert(0, before)
+        sources += [_Source(poses) for poses in sorted(PLANS, reverse=True)]
         with QSignalBlocker(self.calibration):
             self.calibration.clear()
-            if identity is not None:
-                for kept in kept_calibrations(identity.ribbon.id):
-                    self.calibration.addItem(kept.name, _Source(0, kept))
-            for poses in sorted(PLANS, reverse=True):
-                words = trn("{n} pose first", "{n} poses first", poses)
-                self.calibration.addItem(words, _Source(poses))
-            for k in range(self.calibration.count()):
-                data = self.calibration.itemData(k)
-                same = before.kept and data.kept and data.kept.path == before.kept.path
-                if same or (before.kept is None and data.poses == before.poses and k):
-                    self.calibration.setCurrentIndex(k)
+            for one in sources:
+                words = trn("{n} pose first", "{n} poses first", one.poses)
+                self.calibration.addItem(one.name or words, one)
+            same = [(one.poses, one.name) for one in sources]
+            if self._chose and (before.poses, before.name) in same:
+                self.calibration.setCurrentIndex(same.index((before.poses, before.name)))
 
     def _follow_capture(self, *_: object) -> None:
         capture, document = self._parts.capture, self._parts.document
@@ -425,6 +445,9 @@ class PlanPage(QWidget):
         for widget in (self.title, self.choose_file, self.calibration, self.choose_calibration):
             widget.setEnabled(not going_on)
         self._show_file()
+
+    def _choose_calibration(self, _index: int) -> None:
+        self._chose = True
 
     def _show_file(self, *_: object) -> None:
         capture = self._parts.capture
@@ -459,9 +482,9 @@ class PlanPage(QWidget):
         def work(stop: Stop) -> object:
             from georibbon.capture.forecast import forecast, usual_calibration
 
-            kept = source.kept
-            usual = kept is None or kept.calibration.ribbon_id != ribbon.id
-            calibration = usual_calibration(ribbon, source.poses) if usual else kept.calibration
+            calibration = source.calibration
+            if calibration is None or calibration.ribbon_id != ribbon.id:
+                calibration = usual_calibration(ribbon, source.poses)
             return forecast(ribbon, calibration, plan, likeness, stop)
 
         self.told.setText(tr("computing the accuracy…"))
@@ -500,8 +523,8 @@ class PlanPage(QWidget):
         out += forecast.notices[:1]
         source = self._source()
         by = tr("a calibration from {n} poses, as usual", n=source.poses)
-        if source.kept is not None:
-            by = tr("the calibration {name}", name=source.kept.name)
+        if source.calibration is not None:
+            by = tr("the calibration {name}", name=source.name)
         out.append(
             tr("Assumed: {surface}; {calibration}.", surface=forecast.assumed, calibration=by)
         )
@@ -566,6 +589,12 @@ class PlanPage(QWidget):
         if like in LIKENESSES:
             self.like.setCurrentIndex(LIKENESSES.index(like))
         self._refuse("")
+
+
+def _kept_folder() -> Path:
+    """Where calibrations are kept."""
+    place = QStandardPaths.StandardLocation.AppLocalDataLocation
+    return Path(QStandardPaths.writableLocation(place)) / "calibrations"
 
 
 def remembered_plan(settings) -> CapturePlan:
