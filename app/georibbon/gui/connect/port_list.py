@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, QTimer, Signal
@@ -65,7 +66,8 @@ class _Look(QRunnable):
             rows = port_rows(self._connected)
         except Exception:  # a driver's doing; the next look may fare better
             rows = ()
-        self._bell.rang.emit(rows)
+        with suppress(RuntimeError):  # the program has ended meanwhile, and the bell with it
+            self._bell.rang.emit(rows)
 
 
 class PortList(QWidget):

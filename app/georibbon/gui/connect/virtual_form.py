@@ -21,20 +21,20 @@ from georibbon.gui.language import N_, tr
 
 # The surfaces of the simulation, by their names there.
 OBJECTS = {
-    "bonnet": N_("a car bonnet"),
-    "hull": N_("a boat's hull, keel up"),
-    "seat": N_("a moulded seat"),
-    "dome": N_("a dome"),
-    "sphere": N_("a ball"),
-    "ellipsoid": N_("an ellipsoid"),
-    "saddle": N_("a saddle"),
-    "torus": N_("a ring"),
-    "cone": N_("a cone"),
-    "cylinder": N_("a pipe"),
-    "elbow": N_("a pipe's elbow"),
-    "wall": N_("a curved wall"),
-    "plane": N_("a flat plate"),
-    "spline": N_("a panel with relief"),
+    "bonnet": N_("car bonnet"),
+    "hull": N_("boat's hull, keel up"),
+    "seat": N_("moulded seat"),
+    "dome": N_("dome"),
+    "sphere": N_("ball"),
+    "ellipsoid": N_("ellipsoid"),
+    "saddle": N_("saddle"),
+    "torus": N_("ring"),
+    "cone": N_("cone"),
+    "cylinder": N_("pipe"),
+    "elbow": N_("pipe's elbow"),
+    "wall": N_("curved wall"),
+    "plane": N_("flat plate"),
+    "spline": N_("panel with relief"),
 }
 MESH = "mesh"
 PACES = {1.0: N_("as a hand is"), 0.3: N_("quick"), 0.0: N_("there at once")}
@@ -56,7 +56,7 @@ class VirtualForm(QWidget):
         self.object = QComboBox()
         for name, text in OBJECTS.items():
             self.object.addItem(tr(text), name)
-        self.object.addItem(tr("a mesh file…"), MESH)
+        self.object.addItem(tr("mesh file…"), MESH)
         self.mesh = QLineEdit()
         self.mesh.setPlaceholderText(tr("an STL, OBJ or PLY file"))
         self.browse = QPushButton(tr("Bro&wse…"))
