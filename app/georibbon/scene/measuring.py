@@ -57,8 +57,8 @@ class Pick:
 class Distance:
     """How far two places lie from each other, m.
 
-    sigma: the standard deviation of `straight`, as though both ends erred apart:
-    what they have in common makes it smaller; None where it is not known.
+    sigma: the standard deviation of `straight`, as though both ends erred
+    independently of each other; None where it is not known.
     along: the length of the shortest way over the surface near by, and path its
     (n, 3) points; None and no points where both are not on one surface.
     """
