@@ -17,6 +17,7 @@ from georibbon.calibration.model import Calibration
 from georibbon.fitting.following import follow, stand
 from georibbon.fitting.grid import integrate_frames, integrate_positions
 from georibbon.fitting.joint import Minimum, residuals_at
+from georibbon.fitting.settings import check_settings
 from georibbon.fitting.trimming import Curve, trimmed
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.surface import rebuilt
@@ -48,6 +49,7 @@ def preview(
 
     Raises what `reconstruct` raises.
     """
+    check_settings(settings, recording)
     whole = stages.latest("whole")
     if isinstance(whole, Whole) and _alike(whole, recording, settings, calibration):
         minimum, lengths = whole.fit.minimum, _lengths(whole, settings)
