@@ -1,5 +1,8 @@
 """The health strip and the hands of the virtual ribbon, over a real port and a real capture."""
 
+import subprocess
+import sys
+
 import pytest
 from connected import SMALL, WAIT, end_parts, make_parts, stream
 from PySide6.QtCore import Qt
@@ -253,3 +256,13 @@ def test_only_what_is_measured_of_known_passes_is_missing():
     first = survey_missing(measured, {}, ["P1"])
     assert {table for table, _ in first} == {"mark"}
     assert {entry["pass"] for _, entry in first} == {"P1"}
+
+
+def test_what_the_window_starts_with_loads_nothing_heavy():
+    modules = ("station.station", "connect.health_strip", "connect.virtual_hands")
+    names = ", ".join(f"georibbon.gui.{name}" for name in modules)
+    found = (
+        f"import sys, {names}; print(*sorted({{'numpy', 'scipy', 'serial'}} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", found], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""

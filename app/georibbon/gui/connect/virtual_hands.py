@@ -57,7 +57,7 @@ class VirtualHands(QWidget):
         self._followed: str | None = None  # the item that was laid by itself last
         self._words = ""  # to be laid as soon as it has been in the air
         self.panel = QFrame(self)
-        self.lay_button = QPushButton(tr("La&y what is asked for"))
+        self.lay_button = QPushButton(tr("La&y"))
         self.lift_button = QPushButton(tr("L&ift"))
         self.place = QComboBox()
         self.follow = QCheckBox(tr("F&ollow by itself"))
@@ -129,7 +129,9 @@ class VirtualHands(QWidget):
     def _name_all(self) -> None:
         self.panel.setFrameShape(QFrame.Shape.StyledPanel)
         self.panel.setAccessibleName(tr("The hands of the virtual ribbon"))
-        self.lay_button.setToolTip(tr("The hands lay the ribbon as the capture asks for it"))
+        self.lay_button.setToolTip(
+            tr("The hands lay the ribbon as the capture asks for it, or there")
+        )
         self.lift_button.setToolTip(tr("The hands take the ribbon up"))
         self.place.setAccessibleName(tr("Where it is laid"))
         self.place.setToolTip(tr("Where the button lays it"))
@@ -210,7 +212,7 @@ class VirtualHands(QWidget):
     def _new_ribbon(self, *_: object) -> None:
         virtual: VirtualRibbon | None = self._station.virtual
         self.place.clear()
-        self.place.addItem(tr("as asked"), ASKED)
+        self.place.addItem(tr("what is asked for"), ASKED)
         for name in () if virtual is None else virtual.passes:
             self.place.addItem(name, name)
         self.magnet.setChecked(False)

@@ -1,10 +1,16 @@
 """How the ribbon, its sensors and the link's states are told to a person."""
 
-from georibbon.device.identity import Identity
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from georibbon.device.telling import LinkState
 from georibbon.gui.language import N_, tr, trn
-from georibbon.gui.units import Units
-from georibbon.ribbon import Ribbon, Sensor
+
+if TYPE_CHECKING:
+    from georibbon.device.identity import Identity
+    from georibbon.gui.units import Units
+    from georibbon.ribbon import Ribbon, Sensor
 
 KINDS = {"accelerometer": N_("accelerometer"), "magnetometer": N_("magnetometer")}
 UNIT_OF = {"accelerometer": N_("g"), "magnetometer": N_("of the field")}
