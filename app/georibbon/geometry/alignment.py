@@ -6,14 +6,14 @@ import numpy as np
 
 from georibbon import rotations
 from georibbon.arrays import FloatArray
-from georibbon.geometry.deviation import deviation
+from georibbon.geometry.deviation import deviation_from
 from georibbon.geometry.nearest import TriangleLocator
 
-_TRIED, _USED = 250, 2500  # points for choosing a start, and for the motion itself
+_TRIED, _USED = 250, 1500  # points for choosing a start, and for the motion itself
 _TRIAL_STEPS, _STEPS = 12, 80
 _ALIKE = 2.0  # a dome fits nearly as well the other way round
 _OUTLIER = 4.0  # of the median: what is farther away does not pull
-_AT_REST = 1e-9  # of the size
+_AT_REST = 1e-7  # of the size
 _WEAK = 1e-5  # of the strongest: how little the surface may hold in a direction before it is left
 
 
@@ -104,17 +104,18 @@ def _followed(points: FloatArray, reference: TriangleLocator, start: Motion, ste
 
 def _step(points: FloatArray, reference: TriangleLocator) -> Motion | None:
     """The small motion that brings the points nearer; None where too few are over the mesh."""
-    away = deviation(points, reference)
+    found = reference.nearest(points)
+    away = deviation_from(points, found, reference)
     over = np.isfinite(away)
     if np.count_nonzero(over) < 6:
         return None
     over &= np.abs(np.nan_to_num(away)) <= _OUTLIER * np.nanmedian(np.abs(away)) + 1e-12
-    used, found = points[over], reference.nearest(points[over])
-    normals = reference.outward(found)
-    residual = np.sum((used - found.points) * normals, axis=1)
+    used, there = points[over], found.points[over]
+    normals = reference.outward(found)[over]
+    residual = np.sum((used - there) * normals, axis=1)
     middle = used.mean(axis=0)
     arms = (used - middle) / reference.size  # so that turning and moving weigh alike
     rows = np.hstack([np.cross(arms, normals), normals])
-    found_step = np.linalg.lstsq(rows, -residual, rcond=_WEAK)[0]
-    rotation = rotations.exp(found_step[:3] / reference.size)
-    return Motion(rotation, middle - rotation @ middle + found_step[3:])
+    turn_and_shift = np.linalg.lstsq(rows, -residual, rcond=_WEAK)[0]
+    rotation = rotations.exp(turn_and_shift[:3] / reference.size)
+    return Motion(rotation, middle - rotation @ middle + turn_and_shift[3:])

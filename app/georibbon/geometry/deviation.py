@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
-from georibbon.geometry.nearest import TriangleLocator
+from georibbon.geometry.nearest import Nearest, TriangleLocator
 
 ASLANT = 0.1
 """Tangent of the angle by which the way to a border may lean before it counts as beyond it."""
@@ -44,7 +44,11 @@ def deviation(points: FloatArray, reference: TriangleLocator) -> FloatArray:
     border and the point does not stand straight over it: there the reference
     has nothing to compare with.
     """
-    found = reference.nearest(points)
+    return deviation_from(points, reference.nearest(points), reference)
+
+
+def deviation_from(points: FloatArray, found: Nearest, reference: TriangleLocator) -> FloatArray:
+    """The deviation of points (n, 3) whose nearest points on the reference are known."""
     gap = points - found.points
     outward = reference.outward(found)
     along = np.sum(gap * outward, axis=1)
