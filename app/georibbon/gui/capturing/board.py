@@ -1,6 +1,6 @@
 """What is read from two metres away: what to lay, how it lies, how the last one went."""
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
 
@@ -10,19 +10,40 @@ from georibbon.gui.language import tr
 from georibbon.gui.theme import colours_of
 
 FLASH = 450  # ms
+TINT = {"good": "good", "acceptable": "fair", "redo": "poor"}
 
 
-def label(size: float = 1.0, bold: bool = False) -> QLabel:
-    """Words in so many times the usual size, wrapped, read aloud as they are."""
-    made = QLabel()
-    made.setWordWrap(True)
-    made.setTextFormat(Qt.TextFormat.PlainText)
-    made.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    font = QFont(made.font())
-    font.setPointSizeF(size * font.pointSizeF())
-    font.setBold(bold)
-    made.setFont(font)
-    return made
+class Words(QLabel):
+    """Words in so many times the usual size, in a colour of the theme, wrapped."""
+
+    def __init__(self, size: float = 1.0, bold: bool = False) -> None:
+        super().__init__()
+        self._tint, self._painted = "words", ""
+        self.setWordWrap(True)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        font = QFont(self.font())
+        font.setPointSizeF(size * font.pointSizeF())
+        font.setBold(bold)
+        self.setFont(font)
+
+    def say(self, text: str, tint: str = "words") -> None:
+        """Show a text in one of the theme's colours: words, good, fair, poor."""
+        self.setText(text)
+        self._tint = tint
+        self._paint()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_tint"):
+            self._paint()
+
+    def _paint(self) -> None:
+        colour = getattr(colours_of(self.palette()), self._tint)
+        if colour != self._painted:
+            self._painted = colour
+            self.setStyleSheet(f"color: {colour}")
 
 
 class Board(QFrame):
@@ -51,9 +72,9 @@ class VerdictBoard(Board):
 
     def __init__(self, parent=None) -> None:
         super().__init__(tr("Quality of the last pass"), parent)
-        self.what = label(1.1)
-        self.word = label(2.6, bold=True)
-        self.why = label()
+        self.what = Words(1.1)
+        self.word = Words(2.6, bold=True)
+        self.why = Words()
         self.name: str | None = None
         layout = QVBoxLayout(self)
         layout.setSpacing(2)
@@ -68,21 +89,18 @@ class VerdictBoard(Board):
         self.name = name
         if name is None:
             self.what.setText(tr("no pass is taken yet"))
-            self.word.setText("")
+            self.word.say("")
             self.why.setText("")
             return
         if quality is None:
             self.what.setText(tr("{name} is taken", name=name))
-            self.word.setText("…")
+            self.word.say("…")
             self.why.setText(tr("its quality is being computed"))
             return
         by = tr("{name}, with the others", name=name)
         self.what.setText(by if quality.final else tr("{name}, by itself", name=name))
-        self.word.setText(tr(VERDICT[quality.verdict]))
+        self.word.say(tr(VERDICT[quality.verdict]), TINT[quality.verdict])
         self.why.setText(quality.reason)
-        of = colours_of(self.palette())
-        colour = {"good": of.good, "acceptable": of.fair, "redo": of.poor}[quality.verdict]
-        self.word.setStyleSheet(f"color: {colour}")
 
 
 class Banner(QFrame):
@@ -91,7 +109,7 @@ class Banner(QFrame):
     def __init__(self, parent=None) -> None:
         super().__init__(parent)
         self.setObjectName("banner")
-        self.words = label(1.15, bold=True)
+        self.words = Words(1.15, bold=True)
         self.buttons: list[QPushButton] = []
         self._layout = QHBoxLayout(self)
         self._layout.addWidget(self.words, 1)
@@ -106,11 +124,8 @@ class Banner(QFrame):
 
     def tell(self, sentence: str) -> None:
         """Show a sentence; nothing at all for an empty one."""
-        self.words.setText(sentence)
+        self.words.say(sentence, "poor")
         self.setAccessibleName(sentence)
-        of = colours_of(self.palette())
-        self.setStyleSheet(
-            f"QFrame#banner {{ border: 2px solid {of.poor}; border-radius: 4px; }}"
-            f"QFrame#banner QLabel {{ color: {of.poor}; }}"
-        )
+        colour = colours_of(self.palette()).poor
+        self.setStyleSheet(f"QFrame#banner {{ border: 2px solid {colour}; border-radius: 4px; }}")
         self.setVisible(bool(sentence))

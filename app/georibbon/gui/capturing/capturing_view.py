@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from georibbon.gui import dialogs
 from georibbon.gui.calibrating.live import StillnessRing
-from georibbon.gui.capturing.board import Banner, Board, VerdictBoard, label
+from georibbon.gui.capturing.board import Banner, Board, VerdictBoard, Words
 from georibbon.gui.capturing.model import CaptureModel, LivePicture
 from georibbon.gui.capturing.passes_list import PassesList
 from georibbon.gui.capturing.sound import Sounds
@@ -34,7 +34,6 @@ from georibbon.gui.capturing.words import (
 )
 from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
-from georibbon.gui.theme import colours_of
 
 LEAST_STILL = 1.0  # s, as the engine has it
 
@@ -73,10 +72,10 @@ class CapturingView(QWidget):
         self.elsewhere = self.storage_banner.add_button(tr("Save &elsewhere…"))
         self.ring = StillnessRing()
         self.ask = Board(tr("What is asked for"))
-        self.headline, self.how = label(2.4, bold=True), label(1.3)
-        self.lying, self.refused = label(1.1), label(1.15, bold=True)
-        self.hints = label(1.5, bold=True)
-        self.angle, self.far = label(1.1), label(1.1)
+        self.headline, self.how = Words(2.4, bold=True), Words(1.3)
+        self.lying, self.refused = Words(1.1), Words(1.15, bold=True)
+        self.hints = Words(1.5, bold=True)
+        self.angle, self.far = Words(1.1), Words(1.1)
         self.verdict = VerdictBoard()
         self.list = PassesList()
         self.survey = SurveyTable(self._parts, self._model)
@@ -209,7 +208,7 @@ class CapturingView(QWidget):
         self.curves.addWidget(self.scene)
         self.curves.addWidget(self.plots)
         self.curves.setChildrenCollapsible(False)
-        self.curves.setSizes([400, 460])
+        self.curves.setSizes([450, 430])
         self._draw()
 
     # --- what a person does ---
@@ -338,8 +337,7 @@ class CapturingView(QWidget):
         """A capture goes on."""
         self._refusal = ""
         self.told.setText("")
-        taken = [row.key for row in self._model.rows if row.status == "taken"]
-        self._tell_quality(taken[-1] if taken else None)
+        self._tell_quality(self._last_taken())
         self.load()
         self._link(self._parts.station.state, "")
         self._storage()
@@ -359,17 +357,19 @@ class CapturingView(QWidget):
         for button in (self.take_button, self.skip_button):
             button.setEnabled(item is not None)
         self.poses_button.setVisible(item is not None and item.is_pose)
-        if self.verdict.name is not None:
-            self._tell_quality(self.verdict.name)
+        self._tell_quality(self.verdict.name)
         self._follow_selection()
         self._show_refusal()
         self._draw()
 
     def _tell_quality(self, name: str | None) -> None:
-        kinds = self._model.kinds
-        taken = {row.key for row in self._model.rows if row.status == "taken"}
-        name = name if name in kinds and name in taken else None
         self.verdict.show_quality(name, None if name is None else self._model.quality(name))
+
+    def _last_taken(self) -> str | None:
+        """The last of the passes that are there."""
+        session = self._parts.capture.session
+        passes = () if session is None else session.state.passes
+        return passes[-1].name if passes else None
 
     def _follow_selection(self) -> None:
         chosen = self.list.chosen
@@ -382,12 +382,10 @@ class CapturingView(QWidget):
     def _glance(self, glance) -> None:
         live = glance.live
         self.ring.show_stillness(live.stillness)
-        self.lying.setText(restless_words(live))
         found = live.stillness
         disturbed = found is not None and found.state == "disturbed"
         disturbed |= live.curve is not None and bool(live.curve.disturbed)
-        of = colours_of(self.palette())
-        self.lying.setStyleSheet(f"color: {of.fair if disturbed else of.words}")
+        self.lying.say(restless_words(live), "fair" if disturbed else "words")
         still = found is not None and found.state != "moving" and found.seconds >= LEAST_STILL
         self.force_button.setEnabled(bool(self._refusal) and still)
         if found is not None and found.state == "moving" and self._refusal:
@@ -397,22 +395,19 @@ class CapturingView(QWidget):
     def _show_live(self, live: LivePicture | None) -> None:
         before, self._live = self._live, live
         units = self._parts.units
-        of = colours_of(self.palette())
         if live is None or live.beside is None:
             self.angle.setText("")
             self.far.setText("")
             calibrated = self._parts.capture.calibration is not None
             none = "" if calibrated else tr("The live curve is shown once there is a calibration.")
-            self.hints.setText(none)
-            self.hints.setStyleSheet(f"color: {of.words}")
+            self.hints.say(none)
         else:
             angle, far = beside_words(live.beside, units)
             self.angle.setText(angle)
             self.far.setText(far)
             words = "; ".join(hint_words(hint, live.beside, units) for hint in live.hints)
             fine = tr("✓ It lies well beside {name}", name=live.beside.neighbour)
-            self.hints.setText(f"▲ {words}" if words else fine)
-            self.hints.setStyleSheet(f"color: {of.fair if words else of.good}")
+            self.hints.say(f"▲ {words}" if words else fine, "fair" if words else "good")
         if live is not None or before is not None:
             self._draw()
 
@@ -441,6 +436,8 @@ class CapturingView(QWidget):
             self.sounds.play("refused")
         elif happening.kind == "complete":
             self.sounds.play("complete")
+        elif happening.kind in ("removed", "undone", "redone"):
+            self._tell_quality(self._last_taken())
         if happening.kind in ("chosen", "taken", "complete"):
             self._refusal = ""
         if happening.kind in ("held", "saved"):
@@ -458,9 +455,7 @@ class CapturingView(QWidget):
         self._show_refusal()
 
     def _show_refusal(self) -> None:
-        of = colours_of(self.palette())
-        self.refused.setStyleSheet(f"color: {of.poor}")
-        self.refused.setText(f"✗ {self._refusal}" if self._refusal else "")
+        self.refused.say(f"✗ {self._refusal}" if self._refusal else "", "poor")
 
     def _storage(self, *_: object) -> None:
         """What is held in memory is told as long as it is."""

@@ -15,6 +15,9 @@ from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
 from georibbon.gui.theme import colours_of
 
+STEP = 0.05  # m by which the plots' ranges go
+MARGIN = 0.4  # of a step
+
 
 class LivePlots(QWidget):
     """Plan above, profile below, both along the first pass; lengths in the unit in use."""
@@ -23,6 +26,7 @@ class LivePlots(QWidget):
         super().__init__(parent)
         self._parts, self._model = parts, model
         self._live: LivePicture | None = None
+        self._bounds: tuple[float, ...] = ()
         self.plots = pg.GraphicsLayoutWidget()
         self.plots.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.plots.setAccessibleName(tr("The live curve beside the passes taken, plan and profile"))
@@ -34,12 +38,12 @@ class LivePlots(QWidget):
             plot.hideButtons()
             plot.showGrid(x=True, y=True, alpha=0.2)
             plot.setAspectLocked(True)
+            plot.disableAutoRange()
             plot.getAxis("left").setWidth(48)
             for axis in ("left", "bottom"):
                 plot.getAxis(axis).enableAutoSIPrefix(False)
             lines = [plot.plot(connect="finite", antialias=False) for _ in range(5)]
             self._lines[plot] = lines
-        self.profile.setXLink(self.plan)
         self._labels: list[pg.TextItem] = []
         self._live_label = pg.TextItem("", anchor=(1.0, 0.5))
         self.plan.addItem(self._live_label, ignoreBounds=True)
@@ -108,6 +112,26 @@ class LivePlots(QWidget):
             self._draw(k, [self._shown(placed[name]) for name in names])
         self._draw(4, [self._shown(placed[own])] if own in placed else [])
         self._name([name for names in groups for name in names])
+        self._fit()
+
+    def _fit(self) -> None:
+        """Both plots hold all that is shown; in steps, so that a moving ribbon shakes nothing."""
+        strips = list(self._model.placed.values())
+        if self._live is not None:
+            strips.append(self._live.strip)
+        if not strips:
+            return
+        points = np.concatenate([self._shown(strip) for strip in strips])
+        step = STEP / self._parts.units.unit.metres
+        low = np.floor(points.min(axis=0) / step - MARGIN) * step
+        high = np.ceil(points.max(axis=0) / step + MARGIN) * step
+        bounds = (*low, *high)
+        if bounds != self._bounds:
+            self._bounds = bounds
+            for plot, column in ((self.plan, 1), (self.profile, 2)):
+                plot.setRange(
+                    xRange=(low[0], high[0]), yRange=(low[column], high[column]), padding=0.0
+                )
 
     def _draw(self, k: int, curves: list[FloatArray]) -> None:
         gap = np.full((1, 3), np.nan)
@@ -133,6 +157,8 @@ class LivePlots(QWidget):
         if _about(before) != _about(live):
             self._show_taken()
         self._draw(3, [] if live is None else [self._shown(live.strip)])
+        if live is not None:
+            self._fit()
         self._live_label.setVisible(live is not None)
         if live is not None:
             start = self._shown(live.strip)[0]

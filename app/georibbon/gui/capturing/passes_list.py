@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, Qt, Signal
 from PySide6.QtGui import QDropEvent, QFont, QIcon, QKeyEvent, QPainter, QPixmap
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
@@ -75,6 +75,13 @@ class PassesList(QTreeWidget):
             if row.key == chosen:
                 self.setCurrentItem(self.topLevelItem(k))
 
+    def changeEvent(self, event: QEvent) -> None:
+        """The signs follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and getattr(self, "_rows", ()):
+            for k, row in enumerate(self._rows):
+                self._fill(self.topLevelItem(k), row)
+
     def _fill(self, item: QTreeWidgetItem, row: Row) -> None:
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
         if row.kind != "pose":
@@ -123,7 +130,7 @@ class PassesList(QTreeWidget):
         before = self.keys
         super().dropEvent(event)
         after = self.keys
-        self._rows = ()
+        self._rows = ()  # the lines are filled anew, wherever they are by now
         if after != before and sorted(after) == sorted(before):
             self.reordered.emit(after)
 

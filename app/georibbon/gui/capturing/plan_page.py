@@ -36,12 +36,12 @@ from georibbon.capture.plan import (
 )
 from georibbon.errors import GeoribbonError, SettingsError
 from georibbon.gui import dialogs
+from georibbon.gui.capturing.board import Words
 from georibbon.gui.capturing.latest import Latest, Stop
 from georibbon.gui.capturing.plan_drawing import PlanDrawing
 from georibbon.gui.language import N_, tr, trn
 from georibbon.gui.length_box import LengthBox
 from georibbon.gui.parts import Parts
-from georibbon.gui.theme import colours_of
 from georibbon.session.calibration_file import read_calibration
 from georibbon.session.calibration_shelf import Shelf
 
@@ -206,12 +206,12 @@ class PlanPage(QWidget):
         font.setBold(True)
         self.start.setFont(font)
         self.go_on = QPushButton(tr("&Go on with the session that is open"))
-        self.problem = _words()
+        self.problem = Words()
         self.problem.setAccessibleName(tr("What is wrong with the plan"))
         self.drawing = PlanDrawing(units)
-        self.figure = _words(2.1, bold=True)
+        self.figure = Words(2.1, bold=True)
         self.figure.setAccessibleName(tr("Expected accuracy"))
-        self.told = _words()
+        self.told = Words()
         self.told.setAccessibleName(tr("What the accuracy depends on"))
         self.told.setTextFormat(Qt.TextFormat.PlainText)
 
@@ -230,7 +230,7 @@ class PlanPage(QWidget):
         _row(form, tr("   crossings read to"), self.crossing_sigma)
         _row(form, tr("&Marks"), self.marks)
         _row(form, tr("   measured to"), self.mark_sigma)
-        _row(form, tr("&Distances a neighbour"), self.distances)
+        _row(form, tr("&Distances to the next"), self.distances)
         _row(form, tr("   measured to"), self.distance_sigma)
         form.addRow(_line())
         _row(form, tr("The object is like"), self.like)
@@ -407,6 +407,7 @@ class PlanPage(QWidget):
                 )
             )
         self._fill_calibrations()
+        self._follow_capture()
         self._changed()
 
     def _fill_calibrations(self) -> None:
@@ -496,8 +497,7 @@ class PlanPage(QWidget):
         words = tr("about {rms} expected", rms=units.text(figures.rms))
         if forecast.aligned:
             words = tr("about {rms} of shape expected", rms=units.text(figures.rms))
-        grade = _grade(figures.rms)
-        self._paint_figure(words, grade)
+        self.figure.say(words, _grade(figures.rms))
         self.told.setText("\n".join(self._sentences(forecast)))
 
     def _sentences(self, forecast) -> list[str]:
@@ -534,22 +534,14 @@ class PlanPage(QWidget):
         self._forecast = None
         if not isinstance(error, GeoribbonError):
             self._parts.notifier.tell("fault", f"the forecast: {error!r}")
-            self._paint_figure("", "")
+            self.figure.say("")
             self.told.setText(tr("The accuracy could not be computed; see the log."))
             return
-        self._paint_figure(tr("no surface from this plan"), "poor")
+        self.figure.say(tr("no surface from this plan"), "poor")
         self.told.setText(str(error))
 
-    def _paint_figure(self, words: str, grade: str) -> None:
-        of = colours_of(self.palette())
-        colour = {"good": of.good, "fair": of.fair, "poor": of.poor}.get(grade, of.words)
-        self.figure.setText(words)
-        self.figure.setStyleSheet(f"color: {colour}")
-
     def _refuse(self, sentence: str) -> None:
-        of = colours_of(self.palette())
-        self.problem.setStyleSheet(f"color: {of.poor}")
-        self.problem.setText(sentence)
+        self.problem.say(sentence, "poor")
         self.problem.setVisible(bool(sentence))
 
     # --- files and settings ---
@@ -651,18 +643,6 @@ def _spin(low: int, high: int, value: int) -> QSpinBox:
     box.setRange(low, high)
     box.setValue(value)
     return box
-
-
-def _words(larger: float = 1.0, bold: bool = False) -> QLabel:
-    label = QLabel()
-    label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-    font = QFont(label.font())
-    font.setPointSizeF(larger * font.pointSizeF())
-    font.setBold(bold)
-    label.setFont(font)
-    return label
 
 
 def _line() -> QFrame:
