@@ -17,7 +17,7 @@ endif
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo"
+	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo, shown in the window"
 	@echo "make test        style, types, import rules and all tests with their coverage"
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
 	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
@@ -33,7 +33,7 @@ $(TEST): $(RUN) packaging/requirements-dev.lock
 
 demo: $(RUN)
 	@echo "== The demonstration: a virtual capture of a car bonnet, reconstructed (a minute at most)"
-	@$(BIN)/georibbon demo --output build/demo
+	@$(BIN)/georibbon demo --output build/demo --window
 
 test: $(TEST)
 	@echo "== Style (ruff)"

@@ -3,10 +3,12 @@
 import contextlib
 import io
 import re
+import sys
+from pathlib import Path
 
 import pytest
 
-from georibbon.cli import main
+from georibbon.cli import demonstration, main
 from georibbon.errors import SettingsError
 
 RESULTS = {
@@ -69,3 +71,91 @@ def test_a_folder_that_cannot_be_made(tmp_path, capsys):
     told = capsys.readouterr().err
     assert told.startswith("georibbon: error: ")
     assert str(tmp_path / "file" / "demo") in told
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """What was started beside the program; nothing is."""
+    words = []
+
+    def popen(command, **_):
+        words.append(command)
+
+    monkeypatch.setattr(demonstration.subprocess, "Popen", popen)
+    monkeypatch.setattr(demonstration, "_opened", [])
+    for name in ("CI", "GEORIBBON_NO_WINDOW"):
+        monkeypatch.delenv(name, raising=False)
+    return words
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """The folders into which files would be written."""
+    folders = []
+    monkeypatch.setattr(demonstration, "write_files", folders.append)
+    return folders
+
+
+@pytest.fixture
+def display(monkeypatch):
+    """Whether a window would be seen: by turns None, or why not."""
+    answer = [None]
+    monkeypatch.setattr(demonstration, "why_unseen", lambda _: answer[0])
+    return answer
+
+
+@pytest.mark.usefixtures("display")
+@pytest.mark.parametrize("code", [0, 3])
+def test_with_a_display_the_window_opens_on_it(monkeypatch, started, written, code):
+    shown = []
+
+    class App:
+        @staticmethod
+        def main(**words):
+            shown.append(words)
+            return code
+
+    monkeypatch.setitem(sys.modules, "georibbon.gui.app", App)
+    assert main(["demo"]) == code
+    assert shown == [{"demonstration": True}]
+    assert (written, started) == ([], [])
+
+
+def test_without_one_it_writes_files_and_says_so(display, written, started, capsys):
+    display[0] = "there is no display here"
+    assert main(["demo"]) == 0
+    assert written == [Path("build/demo")]
+    assert "there is no display here; the results are written into build/demo" in (
+        capsys.readouterr().out
+    )
+    assert started == []
+
+
+@pytest.mark.usefixtures("display")
+def test_to_files_and_then_the_window_beside(written, started, tmp_path, capsys):
+    assert main(["demo", "-o", str(tmp_path), "--window"]) == 0
+    assert written == [tmp_path]
+    ((*_, module, path),) = started
+    assert (module, path) == ("georibbon", str(tmp_path / "demo.georibbon"))
+    assert f"the window opens on {tmp_path / 'demo.georibbon'}" in capsys.readouterr().out
+    assert main(["demo", "-o", str(tmp_path)]) == 0
+    assert len(started) == 1
+
+
+@pytest.mark.parametrize("name", ["CI", "GEORIBBON_NO_WINDOW", None])
+def test_the_window_can_be_left_out(name, display, written, started, monkeypatch, capsys):
+    if name is None:
+        display[0] = "there is no display here"
+    else:
+        monkeypatch.setenv(name, "1")
+    assert main(["demo", "--window"]) == 0
+    assert written == [Path("build/demo")]
+    assert started == []
+    assert f"no window is opened: {display[0] or f'the environment has {name}'}" in (
+        capsys.readouterr().out
+    )
+
+
+@pytest.mark.parametrize("platform", ["offscreen", "minimal:enable_fonts", "xcb"])
+def test_a_platform_that_shows_nothing_is_no_display(platform):
+    assert "no display" in demonstration.why_unseen({"QT_QPA_PLATFORM": platform})

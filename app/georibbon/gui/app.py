@@ -25,8 +25,8 @@ def make_application(arguments: Sequence[str] = ("georibbon",)) -> QApplication:
     return application
 
 
-def main(path: Path | None = None) -> int:
-    """Show the window, with what lies at a path; returns the exit code."""
+def main(path: Path | None = None, *, demonstration: bool = False) -> int:
+    """Show the window, with what lies at a path or the demonstration; returns the exit code."""
     application = make_application()
     notifier = Notifier()
     notifier.install()
@@ -40,6 +40,8 @@ def main(path: Path | None = None) -> int:
     QTimer.singleShot(0, lambda: QThreadPool.globalInstance().start(_load))
     if path is not None:
         QTimer.singleShot(0, lambda: window.open(path))
+    elif demonstration:
+        QTimer.singleShot(0, window.open_demonstration)
     code = application.exec()
     QThreadPool.globalInstance().waitForDone()
     heard.setEnabled(False)
