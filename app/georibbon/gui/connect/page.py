@@ -113,7 +113,7 @@ class ConnectPage(QWidget):
         self.address = QLineEdit()
         self.address.setPlaceholderText("192.168.1.20:4000")
         self.virtual = VirtualForm()
-        self.go = QPushButton(tr("&Connect"))
+        self.go = QPushButton(tr("C&onnect"))
         self.go.setDefault(True)
         self.stop = QPushButton(tr("&Disconnect"))
         self.sign, self.told = QLabel(), QLabel()

@@ -118,7 +118,7 @@ class VirtualForm(QWidget):
     def _lay_out(self) -> None:
         form = QFormLayout(self)
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(tr("&Object"), self.object)
+        form.addRow(tr("O&bject"), self.object)
         self._file = QWidget()
         file = QHBoxLayout(self._file)
         file.setContentsMargins(0, 0, 0, 0)

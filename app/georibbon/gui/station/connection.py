@@ -3,16 +3,20 @@
 Made and closed in a worker thread: both may take a while.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from georibbon.capture.link_diary import LinkDiary
 from georibbon.device.link import Link
 from georibbon.device.ports import BAUDRATE
 from georibbon.errors import SettingsError
 from georibbon.ribbon import Ribbon
-from georibbon.virtual import Port, VirtualRibbon, VirtualSettings, serve_pty, serve_tcp
+
+if TYPE_CHECKING:
+    from georibbon.virtual import Port, VirtualRibbon, VirtualSettings
 
 Way = Literal["pty", "tcp"]
 
@@ -61,6 +65,9 @@ def to_virtual(
     settings: or what makes them.  way: "pty", or "tcp", which is also taken where there are no
     pseudo-terminals.  Raises what a `VirtualRibbon` refuses.
     """
+    # A real ribbon needs nothing of this, and it takes a while to load.
+    from georibbon.virtual import VirtualRibbon
+
     world = VirtualRibbon(settings() if callable(settings) else settings)
     served = _serve(world, way)
     try:
@@ -72,6 +79,8 @@ def to_virtual(
 
 
 def _serve(world: VirtualRibbon, way: Way) -> Port:
+    from georibbon.virtual import serve_pty, serve_tcp
+
     if way == "pty":
         try:
             return serve_pty(world)
