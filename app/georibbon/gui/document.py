@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from georibbon.fitting.settings import ReconstructionSettings
     from georibbon.gui.sources import Changes, Opened, PassEntry
     from georibbon.reconstruction import Reconstruction, Stages
+    from georibbon.recording import Recording
     from georibbon.session.session import Session
 
 EVERY_PASS = "*"
@@ -83,6 +84,7 @@ class Document(QObject):
         self._source: Opened | None = None
         self._stages: list[Stages] = []  # one, as soon as there is any
         self._result: Reconstruction | None = None
+        self._recording: Recording | None = None
         self._preview: dict[tuple[str, str], object] = {}
         self._pause = QTimer(self)
         self._pause.setSingleShot(True)
@@ -129,6 +131,11 @@ class Document(QObject):
     def reconstruction(self) -> Reconstruction | None:
         """The newest result of what is open."""
         return self._result
+
+    @property
+    def recording(self) -> Recording | None:
+        """What the newest result was made from; None before there is one."""
+        return self._recording
 
     @property
     def values(self) -> Mapping[tuple[str, str], object]:
@@ -404,7 +411,7 @@ class Document(QObject):
 
             if not held:
                 held.append(Stages())
-            recording = source.recording()
+            self._recording = recording = source.recording()
             settings, _ = sound_settings(values, [one.name for one in recording.passes])
             return way(recording, settings, source.calibration, held[0])
 
@@ -491,6 +498,7 @@ class Document(QObject):
                 return False
         self._source = source
         self._stages, self._result, self._failure = [], None, None
+        self._recording = None
         self._told.clear()
         self._end_preview()
         if self._waiting is not None and self._waiting[1] != self._opened:

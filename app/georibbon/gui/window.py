@@ -1,51 +1,79 @@
 """The main window: it makes the parts and connects them, and does nothing by itself."""
 
-from pathlib import Path
+from __future__ import annotations
 
-from PySide6.QtCore import QByteArray, QStandardPaths, Qt, QTimer, Slot
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, QTimer, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QApplication,
-    QDockWidget,
     QLabel,
     QMainWindow,
     QProgressBar,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from georibbon.errors import GeoribbonError
 from georibbon.gui import dialogs
-from georibbon.gui.actions import ACTIONS, Palette, fill_menus, fill_toolbar, make_actions
+from georibbon.gui.actions import (
+    ACTIONS,
+    FILE,
+    VIEW,
+    Palette,
+    fill_menus,
+    fill_toolbar,
+    make_actions,
+)
+from georibbon.gui.capture_desk import CaptureDesk
+from georibbon.gui.connect.health_strip import HealthStrip
+from georibbon.gui.connect.virtual_hands import VirtualHands
+from georibbon.gui.crash import CrashReporter
+from georibbon.gui.docks import Docks, place_for_late
 from georibbon.gui.document import Document
+from georibbon.gui.files import Files
 from georibbon.gui.icons import icon
+from georibbon.gui.language import tr
 from georibbon.gui.log import Banner, Bell, LogPanel
 from georibbon.gui.notices_panel import NoticesPanel
 from georibbon.gui.notifier import Notifier
+from georibbon.gui.pages import NavigationBar, Page, Pages
+from georibbon.gui.parts import Parts
 from georibbon.gui.passes_panel import PassesPanel
+from georibbon.gui.result_views import ResultViews
 from georibbon.gui.scene_view import make_view
 from georibbon.gui.settings import Settings
 from georibbon.gui.start_page import StartPage
+from georibbon.gui.station.station import Station
+from georibbon.gui.surface_panel import SurfacePanel
 from georibbon.gui.theme import apply_theme
+from georibbon.gui.units import UNITS, Units
+from georibbon.gui.view_panel import ViewPanel
+
+if TYPE_CHECKING:
+    from georibbon.calibration.model import Calibration
 
 BUSY_AFTER_MS = 250  # what takes no longer needs no telling
-BESIDE, BELOW = Qt.DockWidgetArea.RightDockWidgetArea, Qt.DockWidgetArea.BottomDockWidgetArea
+CAPTURING = ("calibrate", "capture")  # the pages of a capture
 
 
 class MainWindow(QMainWindow):
-    """The start page, or the view of what is open with its panels around it."""
+    """The pages, the panels around the page of what is open, and what is told of everything."""
 
     def __init__(self, settings: Settings, notifier: Notifier) -> None:
         super().__init__()
         self.settings, self.notifier = settings, notifier
-        self.document = Document(self)
+        self.parts = _make_parts(settings, notifier, self)
+        self.document, self.units = self.parts.document, self.parts.units
+        self.station, self.capture = self.parts.station, self.parts.capture
         self.bell = Bell(notifier, self)
         self.actions_by_id = make_actions(self)
         self._unfitted: str | None = None
         self._sentence = ""  # what was told last
-        self._curves = None
-        self._docks_are_seen = True
+        self._help: QWidget | None = None
+        self.crashes = CrashReporter(notifier, lambda: self.document.path, self)
+        self.crashes.close_asked.connect(self.close)
         self._make_middle()
         self._make_docks()
         self._make_menus()
@@ -53,6 +81,7 @@ class MainWindow(QMainWindow):
         self._connect()
         self.setAcceptDrops(True)
         self.set_dark(settings.theme == "dark")
+        self.use_unit(self.units.symbol)
         self._first_layout = self.saveState()
         self._take_up_layout()
         self._show_source()
@@ -62,59 +91,98 @@ class MainWindow(QMainWindow):
     def _make_middle(self) -> None:
         self.start_page = StartPage(self.actions_by_id)
         self.view = make_view()
-        self.stack = QStackedWidget()
-        self.stack.addWidget(self.start_page)
-        self.stack.addWidget(self.view)
+        self.pages = Pages(
+            (
+                Page("start", lambda: self.start_page),
+                Page("connect", self._make_connect),
+                Page("calibrate", self._make_calibrate),
+                Page("capture", self._make_capture),
+                Page("review", lambda: self.view),
+            )
+        )
+        for name in ("start", "review"):
+            self.pages.page(name)
         self.banner = Banner()
+        self.hands = VirtualHands(self.parts)
         middle = QWidget()
         column = QVBoxLayout(middle)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.banner)
-        column.addWidget(self.stack, 1)
+        column.addWidget(self.pages, 1)
+        column.addWidget(self.hands)
         self.setCentralWidget(middle)
+        self.files = Files(self, self.parts, self.view.image)
+
+    def _make_connect(self) -> QWidget:
+        from georibbon.gui.connect.page import ConnectPage
+
+        return ConnectPage(self.parts)
+
+    def _make_calibrate(self) -> QWidget:
+        from georibbon.gui.calibrating.page import CalibrationPage
+
+        page = CalibrationPage(self.parts)
+        page.connect_wanted.connect(lambda: self.show_page("connect"))
+        page.finished.connect(self._capture_with)
+        return page
+
+    def _make_capture(self) -> QWidget:
+        from georibbon.gui.capturing.capture_page import CapturePage
+
+        page = CapturePage(self.parts)
+        page.wanted.connect(self.show_page)
+        page.finished.connect(lambda: self.show_page("review"))
+        return page
+
+    def _capture_with(self, calibration: Calibration) -> None:
+        """Plan a capture with a calibration that was just made."""
+        self.show_page("capture")
+        self.pages.page("capture").use_calibration(calibration, tr("just made"))
 
     def _make_docks(self) -> None:
-        self.setDockOptions(QMainWindow.DockOption.AllowTabbedDocks)
-        self.passes_panel = PassesPanel(self.document)
+        self.passes_panel = PassesPanel(self.parts)
+        self.surface_panel = SurfacePanel(self.parts)
+        self.view_panel = ViewPanel(self.parts, self.view)
         self.notices_panel = NoticesPanel()
         self.log_panel = LogPanel()
-        self.curves_place = QWidget()  # the plots are loaded with the first result
-        QVBoxLayout(self.curves_place).setContentsMargins(0, 0, 0, 0)
-        self.passes_dock = self._dock("Passes", self.passes_panel, BESIDE)
-        self.notices_dock = self._dock("Notices", self.notices_panel, BESIDE)
-        self.curves_dock = self._dock("Curves", self.curves_place, BELOW)
-        self.log_dock = self._dock("Log", self.log_panel, BELOW)
-        self.tabifyDockWidget(self.curves_dock, self.log_dock)
-        self.curves_dock.raise_()
-        self.setCorner(Qt.Corner.BottomRightCorner, BESIDE)  # the passes get all the height
-        self.docks = (self.passes_dock, self.notices_dock, self.curves_dock, self.log_dock)
-        self.resize(1280, 800)
-        self.resizeDocks(
-            [self.passes_dock, self.notices_dock], [500, 500], Qt.Orientation.Horizontal
+        self.curves_place = place_for_late()  # the plots are loaded with the first result
+        self.docks = Docks(
+            self,
+            {
+                "passes": self.passes_panel,
+                "surface": self.surface_panel,
+                "view": self.view_panel,
+                "notices": self.notices_panel,
+                "curves": self.curves_place,
+                "log": self.log_panel,
+            },
         )
-        self.resizeDocks([self.passes_dock, self.notices_dock], [520, 200], Qt.Orientation.Vertical)
-        self.resizeDocks([self.curves_dock, self.log_dock], [270, 270], Qt.Orientation.Vertical)
-
-    def _dock(self, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        dock = QDockWidget(title, self)
-        dock.setObjectName(title.lower())
-        dock.setWidget(panel)
-        self.addDockWidget(area, dock)
-        return dock
+        self.results = ResultViews(
+            self.parts,
+            self.view,
+            self.passes_panel,
+            self.notices_panel,
+            self.docks["curves"],
+            self,
+        )
+        self.resize(1280, 800)
+        self.docks.arrange()
 
     def _make_menus(self) -> None:
         menus = fill_menus(self, self.actions_by_id)
-        self.recent_menu = menus["&File"].addMenu("Open &recent")
-        menus["&File"].insertMenu(self.actions_by_id["import"], self.recent_menu)
+        self.recent_menu = menus[FILE].addMenu(tr("Open &recent"))
+        menus[FILE].insertMenu(self.actions_by_id["import"], self.recent_menu)
         self.recent_menu.aboutToShow.connect(self._fill_recent)
-        panels = menus["&View"].addMenu("P&anels")
+        panels = menus[VIEW].addMenu(tr("P&anels"))
         for dock in self.docks:
-            seen = dock.toggleViewAction()
-            seen.setStatusTip(f"Show or hide the panel {dock.windowTitle()}")
-            panels.addAction(seen)
+            panels.addAction(dock.toggleViewAction())
         self.panels_menu = panels
-        self.toolbar = self.addToolBar("Toolbar")
+        ways = {page: self.actions_by_id[f"page-{page}"] for page in _ways()}
+        self.navigation = NavigationBar(ways, self)
+        self.navigation.setWindowTitle(tr("Pages"))
+        self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.navigation)
+        self.toolbar = self.addToolBar(tr("Toolbar"))
         self.toolbar.setObjectName("toolbar")
         self.toolbar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
         self.toolbar.setMovable(False)
@@ -127,12 +195,14 @@ class MainWindow(QMainWindow):
         self.progress.setRange(0, 0)
         self.progress.setFixedWidth(120)
         self.progress.setTextVisible(False)
-        self.progress.setAccessibleName("Work is going on")
+        self.progress.setAccessibleName(tr("Work is going on"))
         self.doing = QLabel()
+        self.health = HealthStrip(self.parts)
+        self.health.asked.connect(lambda: self.show_page("connect"))
         bar = self.statusBar()
         for label in (self.doing, self.summary, self.kept):
             label.setContentsMargins(8, 0, 8, 0)
-        for part in (self.doing, self.progress, self.summary, self.kept):
+        for part in (self.doing, self.progress, self.summary, self.kept, self.health):
             bar.addPermanentWidget(part)
         self._busy_words = ""
         self._busy_timer = QTimer(self)
@@ -144,7 +214,7 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         document = self.document
         document.changed.connect(self._changed)
-        document.reconstructed.connect(self._show_result)
+        document.reconstructed.connect(self._reconstructed)
         document.failed.connect(self._failed)
         document.fault.connect(self.notifier.exception)
         document.told.connect(lambda sentence: self.notifier.tell("warning", sentence))
@@ -152,113 +222,57 @@ class MainWindow(QMainWindow):
         self.bell.rang.connect(self._told)
         self.banner.details_asked.connect(self.show_log)
         self.start_page.asked.connect(self.open)
-        self.passes_panel.chosen.connect(self._show_curves)
-        self.curves_dock.visibilityChanged.connect(lambda _: self._show_curves())
+        self.pages.turned.connect(self._page_turned)
+        self.station.fault.connect(self.notifier.exception)
+        self.station.changed.connect(lambda *_: self._show_steps())
+        self.station.disconnected.connect(self._show_steps)
+        self._connect_capture()
+        self.results.summarised.connect(self.summary.setText)
+
+    def _connect_capture(self) -> None:
+        capture, document = self.capture, self.document
+        capture.began.connect(self._capture_began)
+        capture.ended.connect(self._capture_ended)
+        capture.changed.connect(document.captured)
+        capture.stood.connect(self._show_steps)
+        capture.fault.connect(self.notifier.exception)
+        capture.failed.connect(lambda sentence: self.notifier.tell("error", sentence))
 
     # What a person asks for
 
+    def show_page(self, name: str) -> None:
+        """Turn to a page."""
+        self.pages.show_page(name)
+        self.navigation.mark(self.pages.current)
+
     def open(self, path: Path) -> None:
         """Open a session or a recording folder."""
-        self.document.open(path)
-
-    def ask_open_session(self) -> None:
-        """Open a session that a person chooses."""
-        path = dialogs.ask_session(self, self._folder())
-        if path is not None:
-            self.open(path)
-
-    def ask_open_folder(self) -> None:
-        """Open a recording folder that a person chooses."""
-        path = dialogs.ask_folder(self, self._folder(), "Open recording folder")
-        if path is not None:
-            self.open(path)
-
-    def ask_import(self) -> None:
-        """Import a recording folder that a person chooses into a session file to be chosen too."""
-        folder = dialogs.ask_folder(self, self._folder(), "Import recording folder")
-        if folder is None:
-            return
-        proposal = folder.with_name(f"{folder.name}.georibbon")
-        target = dialogs.ask_target(self, proposal, "Import into session", dialogs.SESSIONS)
-        if target is not None:
-            self.document.import_folder(folder, target)
-
-    def open_demonstration(self) -> None:
-        """Open the virtual capture of a car bonnet."""
-        place = QStandardPaths.StandardLocation.AppLocalDataLocation
-        self.document.open_demonstration(Path(QStandardPaths.writableLocation(place)))
-
-    def ask_export_surface(self) -> None:
-        """Write the surface into a file that a person chooses."""
-        from georibbon.export.mesh import write_mesh
-
-        result = self.document.reconstruction
-        if result is None or result.surface is None:
-            self.notifier.tell("error", "there is no surface to export; mend what is told of first")
-            return
-        target = self._ask_target("Export surface", ".stl", dialogs.SURFACES)
-        if target is not None:
-            mesh = result.surface.export_mesh
-            self._write(target, lambda: write_mesh(mesh, target, "mm"))
-
-    def ask_save_picture(self) -> None:
-        """Save what the view shows into a file that a person chooses."""
-        from georibbon.export.files import PICTURE_ENDINGS, require_ending, write_whole
-
-        def write() -> None:
-            require_ending(target, PICTURE_ENDINGS, "a picture")
-            write_whole(target, _png(self.view.image()))
-
-        target = self._ask_target("Save picture", ".png", dialogs.PICTURES)
-        if target is not None:
-            self._write(target, write)
-
-    def _ask_target(self, title: str, ending: str, filters: str) -> Path | None:
-        name = self.document.path.stem if self.document.path else "georibbon"
-        return dialogs.ask_target(self, self._folder() / f"{name}{ending}", title, filters)
-
-    def _write(self, target: Path, write) -> None:
-        try:
-            write()
-        except (GeoribbonError, OSError) as error:
-            self.notifier.tell("error", str(error))
-        else:
-            self.notifier.tell("info", f"written: {target}")
-            self.statusBar().showMessage(f"Written: {target}", 8000)
+        self.files.open(path)
 
     def close_document(self) -> bool:
         """Back to the start page; whether that could be done."""
+        self.capture.end()
         if self.document.close():
             return True
         return dialogs.ask_discard(self, self._sentence) and self.document.close(discard=True)
 
     def undo(self) -> None:
         """Take the last change back, and say which it was."""
+        if self.capture.active:
+            self.capture.undo()
+            return
         words = self.document.undo()
         if words:
-            self.statusBar().showMessage(f"Undone: {words}", 5000)
+            self.statusBar().showMessage(tr("Undone: {what}", what=words), 5000)
 
     def redo(self) -> None:
         """Do again what was undone last, and say what it was."""
+        if self.capture.active:
+            self.capture.redo()
+            return
         words = self.document.redo()
         if words:
-            self.statusBar().showMessage(f"Done again: {words}", 5000)
-
-    def reset_smoothing(self) -> None:
-        """All passes automatically."""
-        self.document.reset_smoothing()
-
-    def fit(self) -> None:
-        """Show all of the object."""
-        self.view.fit()
-
-    def look(self, name: str) -> None:
-        """Look from one of the standard sides."""
-        self.view.standard_view(name)
-
-    def set_parallel(self, parallel: bool) -> None:
-        """Parallel projection, or perspective."""
-        self.view.set_parallel(parallel)
+            self.statusBar().showMessage(tr("Done again: {what}", what=words), 5000)
 
     def set_dark(self, dark: bool) -> None:
         """Dark colours, or light ones."""
@@ -270,13 +284,119 @@ class MainWindow(QMainWindow):
             if one.icon is not None:
                 self.actions_by_id[one.id].setIcon(icon(one.icon, theme))
 
+    def use_unit(self, symbol: str) -> None:
+        """Lengths in another unit."""
+        self.settings.unit = symbol
+        self.units.use(symbol)
+        for one in UNITS:
+            self.actions_by_id[f"unit-{one}"].setChecked(one == symbol)
+
+    def connect_virtual(self) -> None:
+        """Connect to a ribbon that the program plays itself."""
+        from georibbon.gui.connect.page import connect_virtual
+
+        connect_virtual(self.parts)
+        self.show_page("connect")
+
+    def connect_again(self) -> None:
+        """Connect to the ribbon that was connected last."""
+        from georibbon.gui.connect.page import connect_last
+
+        connect_last(self.parts)
+        self.show_page("connect")
+
+    def daily_check(self) -> None:
+        """Whether the calibration still holds, by three poses."""
+        self.show_page("calibrate")
+        self.pages.page("calibrate").begin_check()
+
+    def on_page(self, verb: str) -> None:
+        """Have the page of the capture that is shown do something."""
+        getattr(self.pages.currentWidget(), verb)()
+
+    def finish_capture(self) -> None:
+        """End the capture, and look at what came of it."""
+        self.capture.end()
+        self.show_page("review")
+
+    def reset_passes(self) -> None:
+        """Smoothing, sensors, ends and weights of all passes as at first."""
+        from georibbon.session.settings import BY_PASS
+
+        self.document.reset_settings(BY_PASS)
+
+    def reset_surface(self) -> None:
+        """The surface's settings as at first."""
+        from georibbon.session.settings import OF_SURFACE
+
+        self.document.reset_settings(OF_SURFACE)
+
+    def colour_by(self, mode: str) -> None:
+        """Colour the surface by another quantity."""
+        self.show_page("review")
+        self.view.set_colouring(mode)
+
+    def use_tool(self, tool: str) -> None:
+        """Pick or measure in the view."""
+        self.show_page("review")
+        self.view.set_tool(tool)
+        self.view.setFocus()
+
+    def export(self) -> None:
+        """Write what is open in another form."""
+        from georibbon.gui.review.export_dialog import ExportDialog
+
+        ExportDialog(self.parts, self).open()
+
+    def compare(self) -> None:
+        """Lay another session or a mesh beside what is open."""
+        from georibbon.gui.review.compare_window import CompareWindow
+
+        CompareWindow(self.parts, self).show()
+
+    def choose_calibration(self) -> None:
+        """Reconstruct with another calibration."""
+        from georibbon.gui.review.calibration_choice import CalibrationDialog
+
+        CalibrationDialog(self.parts, self).open()
+
+    def add_note(self) -> None:
+        """A note, from the page where one is."""
+        if self.pages.current == "capture" and self.capture.active:
+            self.pages.page("capture").ask_note()
+        else:
+            self.show_page("review")
+            self.docks["history"].raise_()
+            self.history_panel.write_note()
+
+    def show_settings(self) -> None:
+        """Colours, unit, language, sound and folder."""
+        from georibbon.gui.settings_dialog import SettingsDialog
+
+        dialog = SettingsDialog(self.parts, self)
+        dialog.theme_chosen.connect(lambda theme: self.set_dark(theme == "dark"))
+        dialog.open()
+
+    def show_help(self) -> None:
+        """The manual, at the page of what is shown."""
+        self._manual().open_at(self.pages.current)
+
+    def show_keyboard(self) -> None:
+        """Every action with its keys."""
+        self._manual().open_at("keyboard")
+
+    def _manual(self) -> QWidget:
+        from georibbon.gui.help.window import HelpWindow
+
+        if self._help is None:
+            self._help = HelpWindow(self.parts)
+        return self._help
+
     def reset_layout(self) -> None:
         """The panels back where they were at first."""
         self.restoreState(self._first_layout)
-        self._docks_are_seen = True
-        for dock in self.docks:
-            dock.show()
-        self._docks_seen(self.document.path is not None)
+        self.docks.show_all()
+        self._docks_seen()
 
     def show_palette(self) -> None:
         """The list of all that can be done now."""
@@ -286,8 +406,12 @@ class MainWindow(QMainWindow):
 
     def show_log(self) -> None:
         """The log in front."""
-        self.log_dock.show()
-        self.log_dock.raise_()
+        self.docks["log"].show()
+        self.docks["log"].raise_()
+
+    def show_crash_report(self) -> None:
+        """Versions, log and the last fault, to copy or save."""
+        self.crashes.show_report()
 
     def about(self) -> None:
         """Version and licence."""
@@ -311,77 +435,85 @@ class MainWindow(QMainWindow):
         else:
             self.setWindowTitle(f"{self.document.title} – Georibbon")
             self.settings.opened(path)
-            self.notifier.tell("info", f"opened {path}")
-        self.view.show_scene(None)
-        self.notices_panel.show_result(None)
-        if self._curves is not None:
-            self._curves.show_passes(None, ())
-        self.summary.clear()
-        self.stack.setCurrentWidget(self.start_page if path is None else self.view)
-        self._docks_seen(path is not None)
-        keeps = "changes are kept in the file" if self.document.keeps else "opened to read only"
+            self.notifier.tell("info", tr("opened {path}", path=path))
+        if path is None:
+            self.show_page("start")
+        elif not self.capture.beginning:  # else its own page is where one is
+            self.show_page("review")
+        keeps = (
+            tr("changes are kept in the file") if self.document.keeps else tr("opened to read only")
+        )
         self.kept.setText("" if path is None else keeps)
         self._show_steps()
 
-    def _docks_seen(self, seen: bool) -> None:
-        """Panels belong to what is open; which of them, a person decided."""
-        if seen == self._docks_are_seen:
-            return
-        self._docks_are_seen = seen
-        if not seen:
-            self._shown = {dock for dock in self.docks if not dock.isHidden()}
-        for dock in self.docks:
-            dock.setVisible(seen and dock in self._shown)
-            dock.toggleViewAction().setEnabled(seen)
+    @Slot(str)
+    def _page_turned(self, name: str) -> None:
+        self.navigation.mark(name)
+        self._docks_seen()
+        self._hands_seen()
+        self._show_steps()
+
+    @Slot()
+    def _capture_began(self) -> None:
+        self.document.capturing = True
+        self._show_steps()
+
+    @Slot()
+    def _capture_ended(self) -> None:
+        self.document.capturing = False
+        self.document.captured()
+        self._show_steps()
+
+    def _hands_seen(self) -> None:
+        """The virtual ribbon is laid about where a capture may go on."""
+        virtual = self.station.virtual is not None
+        self.hands.setVisible(virtual and self.pages.current in CAPTURING)
+
+    def _docks_seen(self) -> None:
+        """Panels and toolbar belong to what is open, where it is seen."""
+        seen = self.pages.current == "review"
+        self.docks.see(seen)
         self.toolbar.setVisible(seen)
         self.panels_menu.setEnabled(seen)
 
     def _show_steps(self) -> None:
         """Which actions make sense, and what undoing and redoing would do."""
         document = self.document
+        active, page = self.capture.active, self.pages.current
         there = {
             "nothing": True,
             "source": document.path is not None,
             "result": document.reconstruction is not None,
+            "ribbon": self.station.active,
+            "capture": active,
+            "taking": active and page in CAPTURING,
+            "laying": active and page == "capture",
         }
         for one in ACTIONS:
             self.actions_by_id[one.id].setEnabled(there[one.needs])
-        for name, words in (("undo", document.undoable), ("redo", document.redoable)):
-            action, verb = self.actions_by_id[name], name.capitalize()
+        steps = (
+            ("undo", tr("Undo"), document.undoable),
+            ("redo", tr("Redo"), document.redoable),
+        )
+        for name, verb, words in steps:
+            action = self.actions_by_id[name]
             action.setText(f"&{verb} {words.replace('&', '&&')}" if words else f"&{verb}")
             action.setIconText(verb)
             action.setEnabled(words is not None)
         self.actions_by_id["reset-smoothing"].setEnabled(bool(document.smoothing))
+        self.actions_by_id["auto"].setChecked(self.capture.auto)
 
     @Slot(object)
-    def _show_result(self, result) -> None:
+    def _reconstructed(self, _result: object) -> None:
         if self._unfitted is not None and self.banner.text.text().endswith(self._unfitted[1:]):
             self.banner.hide()
         self._unfitted = None
-        self.view.show_scene(result)
-        self.notices_panel.show_result(result)
-        self.summary.setText(_summary(result))
-        self._show_curves()
         self._show_steps()
-
-    def _show_curves(self, _names: object = None) -> None:
-        """The curves of the selected passes, or of all, where they are seen."""
-        result = self.document.reconstruction
-        if result is None or not self.curves_dock.isVisible():
-            return
-        if self._curves is None:
-            from georibbon.gui.curve_panel import CurvePanel
-
-            self._curves = CurvePanel(self.curves_place)
-            self._curves.cursor_moved.connect(self.view.show_cursor)
-            self.curves_place.layout().addWidget(self._curves)
-        names = self.passes_panel.selected() or [one.name for one in result.passes]
-        self._curves.show_passes(result, names)
 
     @Slot(str)
     def _failed(self, sentence: str) -> None:
         self._sentence = sentence
-        self._unfitted = sentence if self.document.failure == sentence else None
+        self._unfitted = sentence
         self.notifier.tell("error", sentence)
 
     @Slot(object)
@@ -419,18 +551,13 @@ class MainWindow(QMainWindow):
             entry = menu.addAction(str(path).replace("&", "&&"))
             entry.triggered.connect(lambda _=False, path=path: self.open(path))
         menu.addSeparator()
-        forget = menu.addAction("&Forget these")
+        forget = menu.addAction(tr("&Forget these"))
         forget.setEnabled(bool(self.settings.recent))
         forget.triggered.connect(self._forget_recent)
 
     def _forget_recent(self) -> None:
         self.settings.forget_recent()
         self.start_page.show_recent([])
-
-    def _folder(self) -> Path:
-        """Where a person looked last."""
-        path = self.document.path or next(iter(self.settings.recent), None)
-        return Path.home() if path is None else path.parent
 
     def dragEnterEvent(self, event) -> None:
         """One file or folder of this machine may be dropped."""
@@ -456,33 +583,33 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event) -> None:
         """Keep the layout, close the session, wait for what is running."""
-        self._docks_seen(True)
+        self.docks.see(True)
         self.settings.keep_layout(self.saveGeometry(), self.saveState())
         self.settings.save()
         if not self.close_document():
-            self._docks_seen(self.document.path is not None)
+            self._docks_seen()
             event.ignore()
             return
+        self.pages.end()
+        self.station.end()
         self.document.end()
         self.bell.end()
+        self.crashes.end()
+        if self._help is not None:
+            self._help.close()
         event.accept()
 
 
-def _summary(result) -> str:
-    """What came out, in a line."""
-    from georibbon.session.words import counted
+def _make_parts(settings: Settings, notifier: Notifier, window: QMainWindow) -> Parts:
+    """What there is one of, in the order in which they need each other."""
+    document, station = Document(window), Station(window)
+    capture = CaptureDesk(station, document, window)
+    return Parts(settings, notifier, document, Units(settings.unit, window), station, capture)
 
-    passes = sum(one.kind == "pass" for one in result.passes)
-    words = [counted(passes, "pass", "passes")]
-    if len(result.passes) > passes:
-        words.append(counted(len(result.passes) - passes, "tie"))
-    redo = sum(one.quality.verdict == "redo" for one in result.passes)
-    if redo:
-        words.append(f"{redo} to be laid again")
-    if result.surface is not None:
-        words.append(f"{result.surface.area:.3f} m²")
-        words.append(counted(len(result.surface.mesh.triangles), "triangle"))
-    return " · ".join(words)
+
+def _ways() -> list[str]:
+    """The pages that actions lead to, in their order."""
+    return [one.argument for one in ACTIONS if one.id.startswith("page-")]
 
 
 def _dropped(event) -> Path | None:
@@ -490,14 +617,3 @@ def _dropped(event) -> Path | None:
     if len(urls) != 1 or not urls[0].isLocalFile():
         return None
     return Path(urls[0].toLocalFile())
-
-
-def _png(image) -> bytes:
-    from PySide6.QtCore import QBuffer, QIODevice
-
-    data = QByteArray()
-    buffer = QBuffer(data)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")
-    buffer.close()
-    return bytes(data.data())
