@@ -148,9 +148,7 @@ class Hands:
         self.notifier, self.document = Notifier(), Document()
         settings = Settings(folder / "settings.ini")
         settings.sound = False
-        self.parts = Parts(
-            settings, self.notifier, self.document, Units(), self.station, self.desk
-        )
+        self.parts = Parts(settings, self.notifier, self.document, Units(), self.station, self.desk)
 
     def pass_time(self, seconds):
         """Let the frames of so many seconds come."""

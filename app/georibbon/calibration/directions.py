@@ -23,12 +23,14 @@ class Covered:
 
     up: (p, 3) unit "up" of all planned poses, in the ribbon's frame; taken: (p,)
     which of them were taken.  figure: three times the smallest eigenvalue of the
-    covariance of those taken, 0 to 1; remedy: what to do for it, or "".
+    covariance of those taken, 0 to 1; goal: what is good, 0.55 or what all of the
+    planned poses reach.  remedy: what to do for it, or "".
     """
 
     up: FloatArray
     taken: tuple[bool, ...]
     figure: float
+    goal: float
     grade: Grade
     remedy: str
 
@@ -53,13 +55,19 @@ def directions_of_field(poses: Sequence[AskedPose], dip: float) -> FloatArray:
 def covered(poses: Sequence[AskedPose], taken: Sequence[bool]) -> Covered:
     """How well the taken ones of the planned poses cover the directions of gravity.
 
-    Good from 0.55 on; under 0.2 a calibration is refused.
+    Good from 0.55 on, or from what the whole plan reaches; under 0.2 a
+    calibration is refused.
     """
     up = directions_of_gravity(poses)
     done = up[np.asarray(taken, dtype=bool)]
-    figure = max(coverage(done), 0.0) if len(done) > 1 else 0.0
-    if figure >= GOOD_COVERAGE:
-        return Covered(up, tuple(taken), figure, "good", "")
+    figure, goal = _figure(done), min(GOOD_COVERAGE, _figure(up))
+    if figure > 0.0 and figure >= goal - 1e-9:
+        return Covered(up, tuple(taken), figure, goal, "good", "")
     remedy = MISSING[weakest_axis(done)] if len(done) > 1 else ""
     grade: Grade = "fair" if figure >= LEAST_COVERAGE else "poor"
-    return Covered(up, tuple(taken), figure, grade, remedy)
+    return Covered(up, tuple(taken), figure, goal, grade, remedy)
+
+
+def _figure(up: FloatArray) -> float:
+    """The figure of directions (n, 3); 0 where one alone tells nothing."""
+    return max(coverage(up), 0.0) if len(up) > 1 else 0.0

@@ -141,6 +141,7 @@ class PoseGrid(QWidget):
     def _fill(self, cards: Sequence[Card]) -> None:
         for button in self.buttons:
             self._grid.removeWidget(button)
+            button.hide()
             button.deleteLater()
         self.buttons = []
         for place, card in enumerate(cards):

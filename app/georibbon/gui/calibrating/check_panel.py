@@ -1,5 +1,7 @@
 """What the daily check found: the verdict in words and figures, and which sensors are off."""
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -17,8 +19,8 @@ from georibbon.calibration.check import DIP_WITHIN, GOOD, NORM_WITHIN, USABLE, C
 from georibbon.gui.calibrating.live import Sign
 from georibbon.gui.calibrating.quality import Figure
 from georibbon.gui.calibrating.state import grade
-from georibbon.gui.calibrating.words import VERDICTS
-from georibbon.gui.language import N_, sentence, tr
+from georibbon.gui.calibrating.words import VERDICTS, told_words
+from georibbon.gui.language import N_, tr
 
 ROWS = {
     "worst": N_("Worst sensor"),
@@ -57,6 +59,7 @@ class CheckPanel(QWidget):
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setTabKeyNavigation(False)
+        self.table.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
@@ -83,11 +86,11 @@ class CheckPanel(QWidget):
         self.table.setRowCount(0)
         self.table.setVisible(False)
 
-    def show_check(self, check: Check) -> None:
-        """Show a verdict, its figures, and the sensors that are off most."""
+    def show_check(self, check: Check, findings: Sequence[str]) -> None:
+        """Show a verdict, its figures, what was found, and the sensors that are off most."""
         self.sign.show_state(check.verdict)
         self.verdict.setText(tr(VERDICTS[check.verdict]).capitalize())
-        self.reason.setText(sentence(check.reason))
+        self.reason.setText(told_words(check.reason))
         self._figure("worst", check.degrees, (GOOD, USABLE))
         self._figure("tilt", check.tilt, (GOOD, USABLE))
         self._figure("heading", check.heading, (1.0, 2.0))
@@ -101,11 +104,11 @@ class CheckPanel(QWidget):
         words = tr(
             "{dip}°, {change}° from the calibration's (within {most}°)",
             dip=f"{check.dip:.1f}",
-            change=f"{check.dip_change:+.1f}",
+            change=f"{round(check.dip_change, 1) + 0.0:+.1f}",
             most=f"{DIP_WITHIN:g}",
         )
         self.figures["dip"].show(words, "good" if abs(check.dip_change) <= DIP_WITHIN else "bad")
-        self.told.setText("\n".join(sentence(one.message) for one in check.findings))
+        self.told.setText("\n".join(findings))
         self._fill(check)
 
     def _figure(self, key: str, value: float, grades) -> None:

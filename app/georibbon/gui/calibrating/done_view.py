@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 
 from georibbon.calibration.change import Difference
 from georibbon.gui.calibrating.quality import QualityPanel
-from georibbon.gui.language import N_, sentence, tr
+from georibbon.gui.calibrating.words import told_words
+from georibbon.gui.language import N_, tr
 
 COLUMNS = (
     N_("Sensor"), N_("Change"), N_("Tilt"), N_("Heading"), N_("Bias, hard iron"), N_("Scale"),
@@ -43,6 +44,7 @@ class DoneView(QWidget):
         font.setBold(True)
         self.title.setFont(font)
         self.quality = QualityPanel()
+        self.quality.progress.hide()
         self.name = QLineEdit()
         self.name.setMaxLength(120)
         self.name_label = QLabel(tr("&Name"))
@@ -92,6 +94,7 @@ class DoneView(QWidget):
         box.addWidget(self.since)
         box.addWidget(self.words)
         box.addWidget(self.table, 1)
+        box.addStretch()
         middle = QHBoxLayout()
         middle.addWidget(left, 2)
         middle.addWidget(right, 3)
@@ -122,7 +125,7 @@ class DoneView(QWidget):
     def show_change(self, since: str, found: Difference | None) -> None:
         """Show what has changed since the last one; None: there is none to compare with."""
         self.since.setText(since)
-        self.words.setText("" if found is None else sentence(found.words))
+        self.words.setText("" if found is None else told_words(found.words))
         self.table.setVisible(found is not None)
         changes = (
             [] if found is None else [one for one in found.sensors if one.degrees == one.degrees]

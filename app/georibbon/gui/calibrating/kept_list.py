@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
 )
 
 from georibbon.errors import GeoribbonError
-from georibbon.gui.calibrating.words import VERDICTS
-from georibbon.gui.language import N_, sentence, tr
+from georibbon.gui.calibrating.words import VERDICTS, told_words
+from georibbon.gui.language import N_, tr
 from georibbon.session.calibration_shelf import Kept, Shelf, Spoilt
 
 COLUMNS = (
@@ -118,7 +118,7 @@ class KeptList(QWidget):
             for row, one in enumerate(self.kept):
                 self._fill(row, one)
         if spoilt:
-            self.told.setText("\n".join(sentence(one.reason) for one in spoilt))
+            self.told.setText("\n".join(told_words(one.reason) for one in spoilt))
         paths = [one.path for one in self.kept]
         if paths:
             self.table.selectRow(paths.index(before.path) if before and before.path in paths else 0)
@@ -167,7 +167,7 @@ class KeptList(QWidget):
         try:
             self._shelf.rename(one, item.text())
         except GeoribbonError as error:
-            self.tell(sentence(str(error)))
+            self.tell(told_words(str(error)))
             with QSignalBlocker(self.table):
                 item.setText(one.name)
             return
@@ -182,7 +182,7 @@ class KeptList(QWidget):
         try:
             self._discarded.append((one.name, self._shelf.discard(one)))
         except GeoribbonError as error:
-            self.tell(sentence(str(error)))
+            self.tell(told_words(str(error)))
         else:
             self.tell(tr("“{name}” is deleted.", name=one.name))
         self.undo.setVisible(bool(self._discarded))
@@ -196,7 +196,7 @@ class KeptList(QWidget):
         try:
             self._shelf.restore(path)
         except GeoribbonError as error:
-            self.tell(sentence(str(error)))
+            self.tell(told_words(str(error)))
         else:
             self.tell(tr("“{name}” is there again.", name=name))
         self.undo.setVisible(bool(self._discarded))

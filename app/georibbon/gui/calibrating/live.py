@@ -8,7 +8,7 @@ from georibbon.calibration.directions import attitude
 from georibbon.gui.calibrating.bar_view import BarView
 from georibbon.gui.calibrating.signs import colour_of, paint_sign
 from georibbon.gui.calibrating.state import LEAST_SECONDS, Card, Lying, share_still
-from georibbon.gui.calibrating.words import pose_name, pose_words
+from georibbon.gui.calibrating.words import pose_name, pose_words, told_words
 from georibbon.gui.language import N_, tr
 from georibbon.gui.theme import colours_of
 
@@ -90,6 +90,7 @@ class LivePanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._nothing_asked = True
         self.title = QLabel()
         font = self.title.font()
         font.setPointSizeF(1.35 * font.pointSizeF())
@@ -138,6 +139,7 @@ class LivePanel(QWidget):
 
     def show_card(self, card: Card | None, nothing: str) -> None:
         """Show what is asked for; nothing: the words where nothing is."""
+        self._nothing_asked = card is None
         if card is None:
             self.title.setText(nothing)
             self.words.clear()
@@ -160,10 +162,13 @@ class LivePanel(QWidget):
         self.ring.show_stillness(stillness)
         self._show_rest(stillness)
         if lying is None:
-            self.now.show_attitude(None, False, tr("nothing is heard"))
+            self.now.show_attitude(None, False, tr("Nothing is heard."))
             self.match.setText("")
             return
         self.now.show_attitude(lying.attitude(heading), lying.lifted)
+        if self._nothing_asked:
+            self.match.setText("")
+            return
         off = f"{lying.off:.0f}"
         if lying.bent > STRAIGHT:
             words = tr("The ribbon is bent: fix it straight on the bar.")
@@ -193,5 +198,5 @@ class LivePanel(QWidget):
             drift=f"{stillness.drift:.1f}",
         )
         needed = tr("Still for {seconds} s is needed.", seconds=f"{LEAST_SECONDS:g}")
-        told = stillness.reason if stillness.state != "still" else needed
+        told = told_words(stillness.reason) if stillness.state != "still" else needed
         self.rest.setText(f"{told}\n{spread}")

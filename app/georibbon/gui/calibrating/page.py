@@ -21,9 +21,10 @@ from georibbon.gui.calibrating.kept_list import local_time
 from georibbon.gui.calibrating.posing import PosingView
 from georibbon.gui.calibrating.start_view import HEMISPHERES, StartView
 from georibbon.gui.calibrating.state import CHECK_KEYS, done, with_keys
+from georibbon.gui.calibrating.words import told_words
 from georibbon.gui.calibrating.worker import Worker
 from georibbon.gui.capturing.sound import Sounds
-from georibbon.gui.language import N_, sentence, tr
+from georibbon.gui.language import N_, tr
 from georibbon.gui.parts import Parts
 from georibbon.session.calibration_file import write_calibration
 from georibbon.session.calibration_shelf import Kept, Shelf
@@ -188,8 +189,8 @@ class CalibrationPage(QWidget):
     def _begin(
         self, path: Path | None, plan: CapturePlan | None, calibration: Calibration | None = None
     ) -> None:
-        self.start.told.clear()
         if path is not None:
+            self.start.told.clear()
             self._ours = True
             self._desk.begin(path, plan, calibration)
 
@@ -248,7 +249,7 @@ class CalibrationPage(QWidget):
         if self._ours:
             self._ours = False
             self._checked = None
-            self.start.told.setText(sentence(told))
+            self.start.told.setText(told_words(told))
 
     # News of the capture
 
@@ -332,7 +333,7 @@ class CalibrationPage(QWidget):
     def _judged(self, result: object, error: Exception | None) -> None:
         if error is not None and not isinstance(error, GeoribbonError):
             self._parts.notifier.exception(error)
-        told = sentence(str(error)) if error is not None else ""
+        told = told_words(str(error)) if error is not None else ""
         if self.posing.checking:
             self._show_check(result, told)
         elif isinstance(result, Calibration):
@@ -360,14 +361,17 @@ class CalibrationPage(QWidget):
 
     def _told(self, calibration: Calibration) -> list[str]:
         keys = {pose.name: pose.key for pose in self.posing.planned()}
-        return [sentence(with_keys(one.message, keys)) for one in calibration.notices]
+        cards = self.posing.cards
+        return [told_words(with_keys(one.message, keys), cards) for one in calibration.notices]
 
     def _show_check(self, result: object, told: str) -> None:
         if not isinstance(result, Check):
             self.posing.check.show_nothing(0, told)
             return
-        self.posing.check.show_check(result)
-        planned = self.posing.planned()
+        planned, cards = self.posing.planned(), self.posing.cards
+        keys = {pose.name: pose.key for pose in planned}
+        findings = [told_words(with_keys(one.message, keys), cards) for one in result.findings]
+        self.posing.check.show_check(result, findings)
         self.posing.progress.judge(planned, result.findings)
         self.posing.show_standing()
         self._sounds.play("complete")
@@ -377,7 +381,7 @@ class CalibrationPage(QWidget):
                     self._checked, result.verdict, result.degrees, result.reason
                 )
         except GeoribbonError as error:
-            self.posing.tell_refusal(sentence(str(error)))
+            self.posing.tell_refusal(told_words(str(error)))
 
     # What is made, and what is kept
 
@@ -412,7 +416,7 @@ class CalibrationPage(QWidget):
         try:
             self.done.show_change(since, difference(ribbon, last.calibration, calibration))
         except GeoribbonError as error:
-            self.done.show_change(f"{since} {sentence(str(error))}", None)
+            self.done.show_change(f"{since} {told_words(str(error))}", None)
 
     def keep(self, name: str) -> None:
         """Keep the calibration that was made, under a name."""
@@ -421,7 +425,7 @@ class CalibrationPage(QWidget):
         try:
             self._kept = self.shelf.keep(self._found, name)
         except GeoribbonError as error:
-            self.done.tell(sentence(str(error)))
+            self.done.tell(told_words(str(error)))
             return
         self.done.show_kept(tr("It is kept as “{name}”, in {path}", name=self._kept.name,
                                path=self._kept.path))  # fmt: skip
@@ -465,7 +469,7 @@ class CalibrationPage(QWidget):
         try:
             kept = self.shelf.load(path)
         except GeoribbonError as error:
-            self.start.kept.tell(sentence(str(error)))
+            self.start.kept.tell(told_words(str(error)))
             return
         self.start.kept.tell(tr("“{name}” is kept.", name=kept.name))
         self.show_kept()
@@ -484,7 +488,7 @@ class CalibrationPage(QWidget):
         try:
             write_calibration(calibration, path, {"name": name})
         except GeoribbonError as error:
-            tell(sentence(str(error)))
+            tell(told_words(str(error)))
             return
         tell(tr("Written: {path}", path=path))
 

@@ -1,14 +1,12 @@
 """Pose after pose: the cards, what is asked beside what lies there, and how good it is by now."""
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QLabel,
     QPushButton,
     QSplitter,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -30,8 +28,11 @@ from georibbon.gui.calibrating.state import (
     next_open,
     poses_of,
 )
-from georibbon.gui.language import sentence, tr
+from georibbon.gui.calibrating.words import told_words
+from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
+
+TAKING = (Qt.Key.Key_Space, Qt.Key.Key_PageDown)
 
 
 class PosingView(QWidget):
@@ -81,40 +82,35 @@ class PosingView(QWidget):
         self.auto.clicked.connect(self._desk.set_auto)
         self.grid.asked.connect(self._desk.choose)
         self.sphere.asked.connect(self._desk.choose)
-        pedal = QShortcut(QKeySequence(Qt.Key.Key_PageDown), self)
-        pedal.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        pedal.activated.connect(self.take)
 
     def _lay_out(self) -> None:
         top = QHBoxLayout()
         top.addWidget(self.title, 1)
         for one in (self.undo_button, self.redo_button, self.finish_button, self.stop_button):
             top.addWidget(one)
-        self.figures = QStackedWidget()
-        self.figures.addWidget(self.quality)
-        self.figures.addWidget(self.check)
-        below = QHBoxLayout()
-        below.addWidget(self.sphere, 1)
-        below.addWidget(self.figures, 1)
         left, right = QWidget(), QWidget()
         column = QVBoxLayout(left)
         column.setContentsMargins(0, 0, 6, 0)
-        column.addWidget(self.grid, 3)
-        column.addLayout(below, 2)
+        column.addWidget(self.grid, 2)
+        column.addWidget(self.check, 3)
+        figures = QHBoxLayout()
+        figures.addWidget(self.sphere, 1)
+        figures.addWidget(self.quality, 1)
         buttons = QHBoxLayout()
+        buttons.addWidget(self.auto, 1)
         for one in (self.take_button, self.anyway, self.skip_button):
             buttons.addWidget(one)
         column = QVBoxLayout(right)
         column.setContentsMargins(6, 0, 0, 0)
-        column.addWidget(self.live, 1)
-        column.addWidget(self.auto)
+        column.addWidget(self.live, 5)
         column.addLayout(buttons)
+        column.addLayout(figures, 3)
         split = QSplitter(Qt.Orientation.Horizontal)
         split.setChildrenCollapsible(False)
         split.addWidget(left)
         split.addWidget(right)
-        split.setStretchFactor(0, 3)
-        split.setStretchFactor(1, 2)
+        split.setStretchFactor(0, 1)
+        split.setStretchFactor(1, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(top)
@@ -131,7 +127,8 @@ class PosingView(QWidget):
         self.progress = Progress()
         self._stillness = None
         self.title.setText(title)
-        self.figures.setCurrentWidget(self.check if checking else self.quality)
+        self.check.setVisible(checking)
+        self.quality.setVisible(not checking)
         if checking:
             self.check.show_nothing(len(self._keys), "")
         else:
@@ -173,10 +170,10 @@ class PosingView(QWidget):
         self.show_standing()
         kind = happening.kind
         if kind == "refused":
-            self.live.tell("refused", sentence(happening.message))
+            self.live.tell("refused", told_words(happening.message, self.cards))
         elif kind in ("taken", "skipped", "removed", "undone", "redone", "held", "saved"):
             state = "bad" if kind == "held" else "good"
-            self.live.tell(state, sentence(happening.message))
+            self.live.tell(state, told_words(happening.message, self.cards))
         if kind in ("taken", "complete", "skipped"):
             self._ask_for_check()
 
@@ -190,7 +187,7 @@ class PosingView(QWidget):
 
     def tell_refusal(self, told: str) -> None:
         """A verb was not done."""
-        self.live.tell("refused", sentence(told))
+        self.live.tell("refused", told_words(told, self.cards))
 
     def show_glance(self, glance) -> None:
         """Show the newest state of the ribbon."""
@@ -199,9 +196,9 @@ class PosingView(QWidget):
         station = self._parts.station
         link, identity = station.link, station.identity
         found = None
-        if asked is not None and link is not None and identity is not None:
+        if link is not None and identity is not None:
             frames = link.ring.last(max(1, round(LIVE_SECONDS * identity.ribbon.rate)))
-            found = lying(identity.ribbon, frames, asked.pose)
+            found = lying(identity.ribbon, frames, None if asked is None else asked.pose)
         heading = 0.0 if asked is None else asked.pose.heading
         self.live.show_live(found, heading, self._stillness)
         self.sphere.show_live(None if found is None else found.up)
@@ -222,9 +219,10 @@ class PosingView(QWidget):
             self._desk.choose(following)
 
     def keyPressEvent(self, event) -> None:
-        """Space takes, wherever the keys are but on a button."""
-        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
-            self.take()
+        """Space or Page Down, a pedal's key, takes, wherever the keys are but on a button."""
+        if event.key() in TAKING:
+            if not event.isAutoRepeat():
+                self.take()
         else:
             super().keyPressEvent(event)
 

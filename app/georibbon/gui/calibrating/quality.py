@@ -11,7 +11,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from georibbon.calibration.directions import GOOD_COVERAGE, Covered
+from georibbon.calibration.directions import Covered
 from georibbon.calibration.expected import Expected
 from georibbon.calibration.gates import LEAST_POSES
 from georibbon.gui.calibrating.live import Sign
@@ -79,6 +79,8 @@ class QualityPanel(QWidget):
         scroll = QScrollArea()
         scroll.setWidget(self.told)
         scroll.setWidgetResizable(True)
+        scroll.viewport().setAutoFillBackground(False)
+        self.told.setAutoFillBackground(False)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
         scroll.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         scroll.setAccessibleName(tr("What is noticed"))
@@ -100,7 +102,7 @@ class QualityPanel(QWidget):
     def show_covered(self, found: Covered) -> None:
         """Show how well the directions are covered."""
         words = tr(
-            "{figure} (good from {good} on)", figure=f"{found.figure:.2f}", good=GOOD_COVERAGE
+            "{figure} (good: {good})", figure=f"{found.figure:.2f}", good=f"{found.goal:.2f}"
         )
         state = GRADE_SIGNS[found.grade] if any(found.taken) else "open"
         self.figures["covered"].show(words, state)

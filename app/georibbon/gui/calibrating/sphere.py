@@ -108,7 +108,7 @@ class SphereView(QWidget):
 
     def _disc(self, number: int) -> QRectF:
         line = self.fontMetrics().height()
-        size = min(self.width() / 2.0 - 44.0, self.height() - 3.2 * line)
+        size = min(self.width() / 2.0 - 16.0, self.height() - 3.6 * line)
         centre = QPointF(self.width() * (0.25 + 0.5 * number), 0.5 * self.height() + 0.5 * line)
         return QRectF(centre.x() - size / 2.0, centre.y() - size / 2.0, size, size)
 
@@ -146,20 +146,15 @@ class SphereView(QWidget):
             QPointF(area.center().x(), area.top()), QPointF(area.center().x(), area.bottom())
         )
         painter.setPen(QColor(colours.words))
-        above = QRectF(area.left() - 40, area.top() - 2.1 * line, area.width() + 80, line)
-        painter.drawText(above, Qt.AlignmentFlag.AlignCenter, title)
+        above = QRectF(area.left() - 40, area.top() - 2.4 * line, area.width() + 80, line)
+        middle = Qt.AlignmentFlag.AlignCenter
+        painter.drawText(above, middle, title)
         painter.setPen(QColor(colours.dim))
-        beside = Qt.AlignmentFlag.AlignCenter
-        painter.drawText(above.translated(0, 1.05 * line), beside, tr("left edge"))
-        painter.drawText(above.translated(0, area.height() + 2.1 * line), beside, tr("right edge"))
-        right = QRectF(area.right() + 4, area.center().y() - line, 40, 2 * line)
-        painter.drawText(
-            right, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, tr("end")
-        )
-        left = QRectF(area.left() - 44, area.center().y() - line, 40, 2 * line)
-        painter.drawText(
-            left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, tr("start")
-        )
+        painter.drawText(above.translated(0, line), middle, tr("left edge"))
+        painter.drawText(above.translated(0, area.height() + 2.6 * line), middle, tr("right edge"))
+        inside = QRectF(area.left() + 4, area.center().y() + 1, area.width() - 8, line)
+        painter.drawText(inside, Qt.AlignmentFlag.AlignRight, tr("end"))
+        painter.drawText(inside, Qt.AlignmentFlag.AlignLeft, tr("start"))
 
     def _paint_point(self, painter, point: Point, colours) -> None:
         at, size = self.place(point), 13.0
@@ -172,9 +167,10 @@ class SphereView(QWidget):
         if len(point.keys) > 1:
             painter.setPen(QColor(colours.words))
             text = tr("{taken}/{all}", taken=point.taken, all=len(point.keys))
-            beside = area.translated(size + 3.0, 0).adjusted(0, -4, 30, 4)
-            left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(beside, left, text)
+            below = area.adjusted(-14, size + 1.0, 14, size + 1.0)
+            if point.place[1] < -0.5:
+                below.translate(0.0, -2.0 * size - 2.0)
+            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
 
     def _near(self, place: QPointF) -> Point | None:
         for point in self.points:

@@ -122,7 +122,7 @@ class StartView(QWidget):
     def _plan(self, poses: int, tilt: float, heading: float) -> QRadioButton:
         button = QRadioButton(
             tr(
-                "{poses} poses, {words}: {tilt}° and {heading}°",
+                "{poses} poses, {words}: tilt {tilt}°, heading {heading}°",
                 poses=poses,
                 words=tr(PLAN_WORDS[poses]),
                 tilt=f"{tilt:.2f}",

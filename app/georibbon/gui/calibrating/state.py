@@ -76,7 +76,8 @@ class Progress:
         self.poor = {}
         for notice in notices:
             for key in named_poses(notice.message, keys):
-                self.poor.setdefault(key, with_keys(notice.message, keys))
+                told = with_keys(notice.message, keys)
+                self.poor[key] = f"{self.poor[key]}; {told}" if key in self.poor else told
 
 
 def named_poses(message: str, keys: Mapping[str, str]) -> list[str]:
@@ -165,7 +166,7 @@ class Lying:
         return bool(abs(np.arcsin(np.clip(self.up[0], -1.0, 1.0))) > TILTED)
 
 
-def lying(ribbon, frames, pose: PlannedPose) -> Lying | None:
+def lying(ribbon, frames, pose: PlannedPose | None) -> Lying | None:
     """The bar as the newest frames show it; None where too little is heard."""
     if not frames:
         return None
@@ -178,8 +179,11 @@ def lying(ribbon, frames, pose: PlannedPose) -> Lying | None:
     if ups is None:
         return None
     up = rough_up(ups)
+    bent = float(np.degrees(bend(ups)))
+    if pose is None:
+        return Lying(up, 0.0, 0.0, bent)
     within = float(np.degrees(TABLE_WITHIN if pose.table else POSE_WITHIN))
-    return Lying(up, float(np.degrees(angle_off(pose, up))), within, float(np.degrees(bend(ups))))
+    return Lying(up, float(np.degrees(angle_off(pose, up))), within, bent)
 
 
 def share_still(seconds: float) -> float:

@@ -1,8 +1,11 @@
 """Poses and what becomes of them in words of the person's language."""
 
+import re
+from collections.abc import Sequence
+
 from georibbon.capture.plan import PlannedPose
 from georibbon.gui.calibrating.state import Card, face_words
-from georibbon.gui.language import N_, tr
+from georibbon.gui.language import N_, sentence, tr
 
 FACES = {
     "top": N_("upper face up"),
@@ -12,15 +15,24 @@ FACES = {
 }
 STATES = {
     "open": N_("open"),
-    "asked": N_("asked now"),
+    "asked": N_("asked"),
     "good": N_("taken"),
-    "poor": N_("taken, poor"),
+    "poor": N_("poor"),
     "refused": N_("refused"),
     "skipped": N_("left out"),
 }
 VERDICTS = {
     "good": N_("good"), "usable": N_("usable"), "calibrate": N_("calibrate again"),
 }  # fmt: skip
+
+
+_KEY = re.compile(r"\bpose-\d+")
+
+
+def told_words(text: str, cards: Sequence[Card] = ()) -> str:
+    """A sentence of the core as a person reads it: poses named as their cards are."""
+    names = {card.key: pose_name(card.number) for card in cards}
+    return _KEY.sub(lambda found: names.get(found[0], found[0]), sentence(text))
 
 
 def pose_name(number: int) -> str:

@@ -1,6 +1,7 @@
 """Work beside the window, one job at a time; of those that wait the newest alone is done."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 from PySide6.QtCore import QCoreApplication, QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
@@ -16,7 +17,8 @@ class _Job(QRunnable):
             result, error = self._work(), None
         except Exception as raised:
             result, error = None, raised
-        self._done(result, error)
+        with suppress(RuntimeError):  # it may be gone that wanted to know
+            self._done(result, error)
 
 
 class Worker(QObject):
@@ -32,7 +34,7 @@ class Worker(QObject):
         super().__init__(parent)
         self._pool = QThreadPool()
         self._pool.setMaxThreadCount(1)
-        self._busy = False
+        self._busy = self._ended = False
         self._waiting: Callable[[], object] | None = None
         self._wanted = 0
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -47,7 +49,7 @@ class Worker(QObject):
         """Have work done, after what is being done now."""
         if self._busy:
             self._waiting = work
-        else:
+        elif not self._ended:
             self._busy = True
             self._pool.start(_Job(work, self._finished.emit))
 
@@ -58,6 +60,7 @@ class Worker(QObject):
 
     def end(self) -> None:
         """Wait for what is being done, and deliver nothing more."""
+        self._ended = True
         self.forget()
         self._pool.waitForDone()
         QCoreApplication.sendPostedEvents(self)
