@@ -58,12 +58,14 @@ class SensorList(QTreeWidget):
         super().__init__(parent)
         self._units = units
         self._lines: list[SensorLine] = []
+        self._fitted: set[int] = set()
         self.setRootIsDecorated(False)
         self.setAlternatingRowColors(True)
         self.setUniformRowHeights(True)
         self.setHeaderLabels([tr(name) for name in COLUMNS])
-        self.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.header().setSectionResizeMode(MEANING, QHeaderView.ResizeMode.Stretch)
+        # Widths by the contents at every change of a cell would take longer than all the rest.
+        self.header().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        self.header().setStretchLastSection(True)
         self.setSortingEnabled(True)
         self.sortByColumn(AT, Qt.SortOrder.AscendingOrder)
         self.setAccessibleName(tr("Sensors, checked where they are listened to"))
@@ -74,7 +76,7 @@ class SensorList(QTreeWidget):
         """Show sensors; nothing is emitted, and who stands on one stays there."""
         if lines == self._lines:
             return
-        self._lines = lines
+        before, self._lines = {line.name: line for line in self._lines}, lines
         with QSignalBlocker(self):
             self.setSortingEnabled(False)
             while self.topLevelItemCount() > len(lines):
@@ -83,10 +85,21 @@ class SensorList(QTreeWidget):
                 self.addTopLevelItem(_Item())
             here = self.currentItem().text(SENSOR) if self.currentItem() else None
             for k, line in enumerate(lines):
-                self._fill(self.topLevelItem(k), line)
+                item = self.topLevelItem(k)
+                if item.text(SENSOR) != line.name or before.get(line.name) != line:
+                    self._fill(item, line)
                 if line.name == here:
-                    self.setCurrentItem(self.topLevelItem(k))
+                    self.setCurrentItem(item)
             self.setSortingEnabled(True)
+        self._fit_columns()
+
+    def _fit_columns(self) -> None:
+        """Columns as wide as their contents; none narrower than it was, so that nothing jumps."""
+        for column in range(MEANING):
+            width = max(self.sizeHintForColumn(column), self.header().sectionSizeHint(column))
+            if width > self.columnWidth(column) or column not in self._fitted:
+                self.setColumnWidth(column, width)
+            self._fitted.add(column)
 
     def _fill(self, item: QTreeWidgetItem, line: SensorLine) -> None:
         item.setText(SENSOR, line.name)
@@ -110,6 +123,7 @@ class SensorList(QTreeWidget):
 
     def _show_places(self) -> None:
         lines, self._lines = self._lines, []
+        self._fitted.clear()
         self.show_lines(lines)
 
     def _toggled(self, _item: QTreeWidgetItem, column: int) -> None:
