@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QGridLayout,
@@ -193,9 +193,6 @@ class CapturingView(QWidget):
         document.busy.connect(lambda *_: self._storage())
         station.changed.connect(self._link)
         self._parts.units.changed.connect(self.refresh)
-        pedal = QShortcut(QKeySequence(Qt.Key.Key_PageDown), self)
-        pedal.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        pedal.activated.connect(self.take)
 
     def load(self) -> None:
         """Make what takes long to load: the plots and the 3D view."""
@@ -325,8 +322,8 @@ class CapturingView(QWidget):
             self.refresh()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Space takes, wherever it means nothing else."""
-        if event.key() == Qt.Key.Key_Space:
+        """Space and Page Down (a foot pedal) take, wherever they mean nothing else."""
+        if event.key() in (Qt.Key.Key_Space, Qt.Key.Key_PageDown):
             self.take()
         else:
             super().keyPressEvent(event)

@@ -171,7 +171,7 @@ class CaptureModel(QObject):
                 if one.name == name:
                     return Quality(one.quality.verdict, one.quality.reason, True)
         curve, ribbon = self._held.curves.get(name), self.ribbon
-        if curve is None or ribbon is None or name not in self._held.of:
+        if curve is None or ribbon is None:
             return None
         found = verdict_on(ribbon, curve)
         return Quality(found.verdict, found.reason, False)
@@ -339,15 +339,14 @@ class CaptureModel(QObject):
 
 
 def merged(planned: list[str], taken: list[str], after: Mapping[str, str]) -> list[str]:
-    """All names: those taken in their order, each open one behind the one it is planned behind.
+    """All names: those taken in their order, each open one behind all it is planned behind.
 
     after: names that are to stand behind others than they are planned.
     """
     out = [name for name in taken if name in planned]
     for k, name in enumerate(planned):
         if name not in out:
-            before = [one for one in planned[:k] if one in out]
-            out.insert(out.index(before[-1]) + 1 if before else 0, name)
+            out.insert(max((out.index(one) + 1 for one in planned[:k]), default=0), name)
     for name, before in after.items():
         if name in out and before in out:
             out.remove(name)
