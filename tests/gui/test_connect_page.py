@@ -154,6 +154,15 @@ def test_a_socket_is_connected_to_by_keys_alone(page, parts, qtbot):
         parts.station.end()
 
 
+def test_what_the_ribbon_says_is_shown_as_plain_text(page, parts, qtbot):
+    stream(qtbot, parts)
+    assert not page.said.isVisible()
+    parts.station.virtual.do("message <b>low</b> battery")
+    qtbot.waitUntil(page.said.isVisible, timeout=WAIT)
+    assert page.said.text().endswith(": <b>low</b> battery")
+    assert page.said.textFormat() == Qt.TextFormat.PlainText
+
+
 def test_a_wrong_baud_rate_is_no_fault(page):
     page.baudrate.setEditText("")
     assert page.choice().baudrate == 921600

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from georibbon.gui.parts import Parts
 
 NARROWEST = 34  # px: the sign alone
+SLACK = 40  # px for figures that grow: it would say less for a moment each time
 ROUND = 14  # px beside the text: the frame and the gap to the sign
 
 
@@ -55,7 +56,7 @@ class HealthStrip(QToolButton):
     def sizeHint(self) -> QSize:
         """Room for everything."""
         size = super().sizeHint()
-        return QSize(self._width(self.words), size.height())
+        return QSize(self._width(self.words) + SLACK, size.height())
 
     def minimumSizeHint(self) -> QSize:
         """Room for the sign."""

@@ -41,11 +41,12 @@ from georibbon.gui.connect.port_list import PortList
 from georibbon.gui.connect.raw_view import RawView
 from georibbon.gui.connect.signs import SIZE, sign_icon, sign_of
 from georibbon.gui.connect.virtual_form import VirtualForm
-from georibbon.gui.connect.words import state_words
+from georibbon.gui.connect.words import clock_time, state_words
 from georibbon.gui.language import N_, tr
 from georibbon.gui.theme import colours_of
 
 if TYPE_CHECKING:
+    from georibbon.device.telling import Event
     from georibbon.gui.parts import Parts
     from georibbon.ribbon import Ribbon
 
@@ -121,6 +122,11 @@ class ConnectPage(QWidget):
         self.told.setTextFormat(Qt.TextFormat.PlainText)
         self.told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.told.setAccessibleName(tr("How the connection is"))
+        self.said = QLabel()
+        self.said.setWordWrap(True)
+        self.said.setTextFormat(Qt.TextFormat.PlainText)  # it comes from outside
+        self.said.setAccessibleName(tr("What was told last"))
+        self.said.hide()
         self.card = IdentityCard(parts.units)
         self.raw = RawView(parts)
         self._lay_out()
@@ -230,6 +236,7 @@ class ConnectPage(QWidget):
         state.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
         state.addWidget(self.told, 1)
         column.addLayout(state)
+        column.addWidget(self.said)
         box = QGroupBox(tr("What the ribbon says of itself"))
         QVBoxLayout(box).addWidget(self.card)
         column.addWidget(box)
@@ -249,6 +256,8 @@ class ConnectPage(QWidget):
             signal.connect(self._show_state)
         station.identified.connect(self.card.show_identity)
         station.disconnected.connect(self.card.forget)
+        station.happened.connect(self._hear)
+        station.identified.connect(self.said.hide)
         self.card.show_identity(station.identity)
 
     def _take_up(self, choice: Choice) -> None:
@@ -276,7 +285,9 @@ class ConnectPage(QWidget):
     def _show_state(self, *_: object) -> None:
         station = self._parts.station
         known = station.identity is not None
-        sign = sign_icon(sign_of(station.state, known), colours_of(self.palette()))
+        sign = sign_icon(
+            sign_of(station.state, known), colours_of(self.palette()), self.devicePixelRatioF()
+        )
         self.sign.setPixmap(sign.pixmap(SIZE, SIZE))
         self.stop.setEnabled(station.active)
         self._tell(station.reason)
@@ -288,6 +299,13 @@ class ConnectPage(QWidget):
         plain = station.state is LinkState.DISCONNECTED and not reason
         why = tr("choose on the left where the ribbon is") if plain else reason
         self.told.setText(tr("{state}: {why}", state=words.capitalize(), why=why))
+
+    def _hear(self, event: Event) -> None:
+        """What the ribbon says, or what else a person should know of the connection."""
+        self.said.setText(
+            tr("{time}: {message}", time=clock_time(event.time), message=event.message)
+        )
+        self.said.show()
 
     def _connected(self) -> str | None:
         """The port of the ribbon that is connected, where it is a real one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from georibbon.device.telling import LinkState
@@ -34,6 +35,11 @@ def state_words(state: LinkState, known: bool) -> str:
     if known and state is LinkState.DISCONNECTED:
         return tr(UNPLUGGED)
     return tr(STATES[state])
+
+
+def clock_time(moment: str) -> str:
+    """The time of day here of a moment, UTC in ISO 8601."""
+    return datetime.fromisoformat(moment).astimezone().strftime("%H:%M:%S")
 
 
 def kind_words(sensor: Sensor) -> str:
