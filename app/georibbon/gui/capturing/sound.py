@@ -6,6 +6,7 @@ import struct
 import sys
 import tempfile
 import wave
+import weakref
 from pathlib import Path
 from typing import Literal
 
@@ -59,7 +60,8 @@ class Sounds:
 
     def __init__(self, parts: Parts) -> None:
         self._settings = parts.settings
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: Path | None = None
+        self._clear: weakref.finalize | None = None
         self._files: dict[Sound, Path] = {}
 
     def play(self, sound: Sound) -> None:
@@ -74,19 +76,18 @@ class Sounds:
             QApplication.beep()
 
     def end(self) -> None:
-        """Take the files away again."""
-        folder, self._folder = self._folder, None
+        """Take the files away again; they go with this object anyway."""
+        clear, self._clear, self._folder = self._clear, None, None
         self._files.clear()
-        if folder is not None:
-            folder.cleanup()
+        if clear is not None:
+            clear()
 
     def _file(self, sound: Sound) -> Path:
         if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(
-                prefix="georibbon-", ignore_cleanup_errors=True
-            )
+            self._folder = Path(tempfile.mkdtemp(prefix="georibbon-"))
+            self._clear = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         if sound not in self._files:
-            path = Path(self._folder.name) / f"{sound}.wav"
+            path = self._folder / f"{sound}.wav"
             write_sound(sound, path)
             self._files[sound] = path
         return self._files[sound]
@@ -105,6 +106,7 @@ class Sounds:
                 process.setArguments([*options, str(path)])
                 process.setStandardOutputFile(QProcess.nullDevice())
                 process.setStandardErrorFile(QProcess.nullDevice())
-                started, _ = process.startDetached()
-                return bool(started)
+                started = process.startDetached()
+                # Some versions of PySide6 tell the process's number beside it.
+                return bool(started[0] if isinstance(started, tuple) else started)
         return False
