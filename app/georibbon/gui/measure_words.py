@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from georibbon.gui.language import tr
+from georibbon.gui.language import N_, tr
 from georibbon.gui.units import Units
 
 if TYPE_CHECKING:
@@ -20,14 +20,12 @@ def pick_words(pick: Pick, units: Units) -> list[str]:
     if pick.away > 0.0:
         near = tr("{near}, {away} away", near=near, away=units.text(pick.away))
     lines.append(tr("nearest pass: {near}", near=near))
-    bends = [
-        (tr("along the passes"), pick.along, "1/m"),
-        (tr("mean"), pick.mean, "1/m"),
-        (tr("Gaussian"), pick.gaussian, "1/m²"),
-    ]
-    known = [f"{words} {value:.3g} {unit}" for words, value, unit in bends if value is not None]
-    if known:
-        lines.append(tr("curvature: {values}", values=", ".join(known)))
+    bends = (
+        (N_("curvature along the passes {value} 1/m"), pick.along),
+        (N_("mean curvature {value} 1/m"), pick.mean),
+        (N_("Gaussian curvature {value} 1/m²"), pick.gaussian),
+    )
+    lines += [tr(words, value=f"{bend:.3g}") for words, bend in bends if bend is not None]
     x, y, z = pick.normal
     lines.append(tr("normal {x:.3f}, {y:.3f}, {z:.3f}", x=x, y=y, z=z))
     return lines
@@ -38,7 +36,9 @@ def distance_words(distance: Distance, units: Units) -> list[str]:
     straight = units.text(distance.straight, 1)
     if distance.sigma is not None:
         sigma = units.text(distance.sigma, 1)
-        straight = tr("{length} ± {sigma} (1σ, ends taken as independent)", length=straight, sigma=sigma)
+        straight = tr(
+            "{length} ± {sigma} (1σ, ends taken as independent)", length=straight, sigma=sigma
+        )
     lines = [tr("straight {length}", length=straight)]
     if distance.along is not None:
         lines.append(tr("along the surface {length}", length=units.text(distance.along, 1)))

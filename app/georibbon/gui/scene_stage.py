@@ -40,19 +40,26 @@ DIRECTIONS = {
 class Play:
     """What is to be seen: a result, a capture that goes on, and how.
 
-    font_size: pixels.  dark: whether on a dark ground.
+    font_size: pixels.  density: device pixels to a pixel.  dark: whether on a
+    dark ground.
     """
 
     result: Reconstruction | None = None
     drawing: CaptureDrawing | None = None
     look: Look = field(default_factory=Look)
     font_size: int = 14
+    density: float = 1.0
     dark: bool = False
 
-    def scene(self, line_scale: float = 1.0) -> Scene:
+    @property
+    def sizes(self) -> tuple[int, float, bool]:
+        """What a scene is made for: another needs another scene."""
+        return self.font_size, self.density, self.dark
+
+    def scene(self) -> Scene:
         """A scene of it."""
         paper = DARK if self.dark else WHITE
-        scene = Scene(self.result, self.font_size, None, paper, self.look, line_scale)
+        scene = Scene(self.result, self.font_size, None, paper, self.look, self.density)
         if self.drawing is not None:
             scene.show_capture(self.drawing)
         return scene
@@ -105,7 +112,7 @@ class Stage:
             self._cursor = None
         if play.result is None and play.drawing is None:
             self._scene = None
-        elif self._scene is None or (play.font_size, play.dark) != (before.font_size, before.dark):
+        elif self._scene is None or play.sizes != before.sizes:
             self._renew(play)
         else:
             self._alter(self._scene, before, play)
@@ -167,11 +174,18 @@ class Stage:
         """What is seen, (height, width, 3 or 4) uint8, drawn anew.
 
         size: (width, height), pixels; scale: how many times as large words and
-        lines are; transparent: with a fourth channel, and nothing behind.
+        lines are; transparent: with a fourth channel and nothing behind, in the
+        colours for a light ground, such as a page of paper.
         Raises ExportError where it is too large.
         """
         require_drawable(size)
-        scene = replace(self._play, font_size=scale * self._play.font_size).scene(scale)
+        play = self._play
+        scene = replace(
+            play,
+            font_size=scale * play.font_size,
+            density=scale * play.density,
+            dark=play.dark and not transparent,
+        ).scene()
         if self._scene is not None:
             scene.renderer.SetActiveCamera(_copied(self._scene.renderer.GetActiveCamera()))
         self._add_signs(scene)

@@ -259,7 +259,8 @@ class _View:
             )  # fmt: skip
         font_size = round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
         dark = theme_of(self.palette()) == "dark"
-        return Play(self._reconstruction, self._drawing, self._look, font_size, dark)
+        ratio = self.devicePixelRatioF()
+        return Play(self._reconstruction, self._drawing, self._look, font_size, ratio, dark)
 
     # --- drawing ---
 

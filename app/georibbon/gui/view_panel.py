@@ -276,6 +276,9 @@ class ViewPanel(QScrollArea):
     def _follow_tool(self, tool: str) -> None:
         for name, button in self.tools.items():
             button.setChecked(name == tool)
+            font = button.font()
+            font.setBold(name == tool)
+            button.setFont(font)
 
     def _take_unit(self) -> None:
         self._view.set_units(self._units.symbol, self._units.unit.metres)

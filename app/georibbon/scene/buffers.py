@@ -111,6 +111,7 @@ class Lines(_Buffer):
         look.SetColor(*colour)
         look.LightingOff()
         look.SetLineWidth(width)
+        look.SetRenderLinesAsTubes(width > 1.0)  # VTK's own: drivers may draw all lines thin
         self._counts: list[int] = []
 
     def show(self, curves: Sequence[FloatArray]) -> None:

@@ -92,7 +92,9 @@ def cross(font_size: int, colour: Colour) -> vtkTextActor:
     return actor
 
 
-def axes_renderer(font_size: int, colours: tuple[Colour, Colour, Colour]) -> vtkRenderer:
+def axes_renderer(
+    font_size: int, colours: tuple[Colour, Colour, Colour], line_scale: float
+) -> vtkRenderer:
     """A small renderer for the lower right corner that shows the workpiece's axes."""
     axes = vtkAxesActor()
     axes.SetConeRadius(0.3)
@@ -107,7 +109,8 @@ def axes_renderer(font_size: int, colours: tuple[Colour, Colour, Colour]) -> vtk
     )
     for colour, shaft, tip, caption in zip(colours, shafts, tips, captions, strict=True):
         shaft().SetColor(*colour)
-        shaft().SetLineWidth(3)
+        shaft().SetLineWidth(3.0 * line_scale)
+        shaft().RenderLinesAsTubesOn()
         tip().SetColor(*colour)
         caption().GetTextActor().SetTextScaleModeToNone()
         look = caption().GetCaptionTextProperty()

@@ -53,7 +53,8 @@ class Scene:
     uncertainty (square root of the covariance's trace); without a surface the
     passes are.  font_size: pixels.  uncertainty_range: millimetres, to compare
     results with one another; from the data where None.  paper: the ground and
-    what is drawn on it.  z of the workpiece is up.
+    what is drawn on it.  line_scale: pixels that a line one pixel wide takes on a
+    dense screen.  z of the workpiece is up.
 
     `update` shows another result in the place of the one that is shown, in the
     same arrays where their sizes are the same.
@@ -70,7 +71,7 @@ class Scene:
     ) -> None:
         self.renderer = vtkRenderer()
         self.renderer.SetBackground(*paper.background)
-        self.overlay = overlays.axes_renderer(font_size, paper.axes)
+        self.overlay = overlays.axes_renderer(font_size, paper.axes, line_scale)
         self.direction = view_direction(UP[None])
         self._paper = paper
         self._look = look or Look()
@@ -152,8 +153,8 @@ class Scene:
         """Show what is pointed at, (n, 3), and measured, curves of (n, 3) points each."""
         self._tool_points.actor.SetVisibility(len(points) > 0)
         if len(points):
-            size = self._size * _BALL
-            self._tool_points.show(shapes.stamped(shapes.ball(), points, size))
+            size = 0.7 * self._size * _BALL  # no balls, as the survey's marks are
+            self._tool_points.show(shapes.stamped(shapes.die(), points, size))
         self._tool_lines.actor.SetVisibility(len(curves) > 0)
         self._tool_lines.show(curves)
 
@@ -429,7 +430,7 @@ class Scene:
                 lines.append((f"━ {kind}", colour))
         lines += survey
         if self._sensors.actor.GetVisibility():
-            lines.append(("● sensor", self._paper.ink))
+            lines.append(("○ sensor", self._paper.ink))
         if self._unused.actor.GetVisibility():
             lines.append(("■ sensor left out", self._paper.unused))
         if "floor" in self._look.shown:
