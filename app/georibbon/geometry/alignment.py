@@ -10,10 +10,12 @@ from georibbon.geometry.deviation import deviation_from
 from georibbon.geometry.nearest import TriangleLocator
 
 _TRIED, _USED = 250, 1500  # points for choosing a start, and for the motion itself
-_TRIAL_STEPS, _STEPS = 12, 80
-_ALIKE = 2.0  # a dome fits nearly as well the other way round
+_TRIAL_STEPS, _STEPS = 12, 40
+_ALIKE = 3.0  # a dome fits nearly as well the other way round
 _OUTLIER = 4.0  # of the median: what is farther away does not pull
-_AT_REST = 1e-7  # of the size
+_LEAST_OVER = 6
+_PULL, _REACH = 0.1, 1e-4  # weight beside 1, and share of the size up to which it grows
+_AT_REST = 1e-6  # of the size
 _WEAK = 1e-5  # of the strongest: how little the surface may hold in a direction before it is left
 
 
@@ -45,11 +47,11 @@ def align(points: FloatArray, reference: TriangleLocator, middles: FloatArray) -
     """The motion of points (n, 3) that lays them best onto the reference mesh.
 
     middles: (m, 3) points spread over the reference.  The least squares of the
-    distances along the normals (Chen and Medioni 1992), what is far away or
-    beyond the border left out, step by step from the best of six starts: as
-    they are, middle onto middle, and principal axes onto principal axes.
-    Directions in which the surface would slide along itself are left as they
-    are.  The same input gives the same motion.
+    distances along the normals (Chen and Medioni 1992), what is far away left
+    out, step by step from the best of six starts: as they are, middle onto
+    middle, and principal axes onto principal axes.  What lies beyond the border
+    is drawn to it a little, so that a surface that could slide along itself
+    stays over the other.  The same input gives the same motion.
     """
     few = _some(points, _TRIED)
     starts = [STILL, *_starts(points, middles)]
@@ -107,15 +109,28 @@ def _step(points: FloatArray, reference: TriangleLocator) -> Motion | None:
     found = reference.nearest(points)
     away = deviation_from(points, found, reference)
     over = np.isfinite(away)
-    if np.count_nonzero(over) < 6:
+    if np.count_nonzero(over) < _LEAST_OVER:
         return None
-    over &= np.abs(np.nan_to_num(away)) <= _OUTLIER * np.nanmedian(np.abs(away)) + 1e-12
-    used, there = points[over], found.points[over]
-    normals = reference.outward(found)[over]
-    residual = np.sum((used - there) * normals, axis=1)
-    middle = used.mean(axis=0)
-    arms = (used - middle) / reference.size  # so that turning and moving weigh alike
-    rows = np.hstack([np.cross(arms, normals), normals])
-    turn_and_shift = np.linalg.lstsq(rows, -residual, rcond=_WEAK)[0]
+    usual = float(np.median(np.abs(away[over])))
+    near = over & (np.abs(np.nan_to_num(away)) <= _OUTLIER * usual + 1e-12)
+    gaps = found.points - points
+    middle = points.mean(axis=0)
+    arms = (points - middle) / reference.size  # so that turning and moving weigh alike
+    normals = reference.outward(found)[near]
+    along = np.hstack([np.cross(arms[near], normals), normals])
+    # Points beyond the border are drawn to it, ever so little: what slides along itself stays over.
+    axes = np.eye(3)
+    beyond = np.concatenate(
+        [np.cross(arms[~over][:, None], axes), np.broadcast_to(axes, (*gaps[~over].shape, 3))],
+        axis=2,
+    )
+    length = np.linalg.norm(gaps[~over], axis=1)
+    reach = usual + _REACH * reference.size
+    pull = _PULL * np.sqrt(np.minimum(1.0, reach / np.maximum(length, 1e-300)))
+    rows = np.concatenate([along, (pull[:, None, None] * beyond).reshape(-1, 6)])
+    wanted = np.concatenate(
+        [np.sum(gaps[near] * normals, axis=1), (pull[:, None] * gaps[~over]).ravel()]
+    )
+    turn_and_shift = np.linalg.lstsq(rows, wanted, rcond=_WEAK)[0]
     rotation = rotations.exp(turn_and_shift[:3] / reference.size)
     return Motion(rotation, middle - rotation @ middle + turn_and_shift[3:])
