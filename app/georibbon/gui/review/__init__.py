@@ -1,0 +1,1 @@
+"""What is done with a capture afterwards: looking through it, comparing, exporting."""
