@@ -13,7 +13,8 @@ from georibbon.gui.theme import Colours
 
 _AXIS_WIDTH = 52  # px, alike in all rows, so that the same place stands above itself
 _ROOM = 0.08  # of the height, left free above and below
-_FULL = 0.4  # of the height is to be used, or the plot is fitted anew
+_TITLE = 0.25  # of the height, for the title
+_FULL = 0.35  # of the height is to be used, or the plot is fitted anew
 _STEM_ROOM = 0.8  # of the way from sensor to sensor
 
 
@@ -144,7 +145,7 @@ class Row:
         low, high = float(whole.min()), float(whole.max())
         if not _fits(low, high, self._heights):
             room = _ROOM * (high - low) or max(abs(high) * _ROOM, 1e-9)
-            self._heights = (low - room, high + 2.5 * room)  # the title stands above
+            self._heights = (low - room, high + _TITLE * (high - low) + room)
             self.plot.getViewBox().setYRange(*self._heights, padding=0)
 
     def _draw_grid(self, *_: object) -> None:
