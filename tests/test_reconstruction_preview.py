@@ -121,8 +121,7 @@ def test_where_nothing_moved_it_is_what_was_there(work):
     whole = work.whole()
     shown = work.preview()
     assert away(shown, whole) < 0.01
-    for a, b in zip(shown.survey, whole.survey, strict=True):
-        assert a.residual == pytest.approx(b.residual, abs=1e-6)
+    assert shown.survey is whole.survey
     for a, b in zip(shown.passes, whole.passes, strict=True):
         np.testing.assert_allclose(a.residuals, b.residuals, atol=1e-2)
 

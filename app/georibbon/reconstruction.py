@@ -16,7 +16,6 @@ from georibbon.fitting.assessment import Assessment, Verdict, assess
 from georibbon.fitting.capture import Capture, prepare
 from georibbon.fitting.equations import observations, read_survey, without_loose_ties
 from georibbon.fitting.fit import FitSettings, fit_alone, fit_together
-from georibbon.fitting.grid import Grid
 from georibbon.fitting.paper import fit_paper
 from georibbon.fitting.placing import DRIFT_SIGMA
 from georibbon.fitting.result import PassesFit
@@ -54,7 +53,6 @@ __all__ = [
     "SurveyResidual",
     "Whole",
     "reconstruct",
-    "survey_residuals",
 ]
 
 SurveyKind = Literal["mark", "distance", "crossing"]
@@ -212,7 +210,6 @@ class Whole:
     settings: ReconstructionSettings
     calibration: Calibration | None
     fit: PassesFit
-    capture: Capture
     result: Reconstruction
 
 
@@ -228,7 +225,7 @@ def _reconstruct(
     heard = _heard(held, settings, stages)
     capture = _capture(heard, calibration, settings, stages)
     fit = _fit(capture, settings, stages)
-    survey = survey_residuals(heard, capture.grid, fit.points, fit.frames)
+    survey = _survey_residuals(heard, capture, fit)
     outliers = _outliers(survey, settings.method)
     _require_agreement(survey, outliers)
     missed = Counter(name for one in outliers for name in set(one.passes))
@@ -256,7 +253,7 @@ def _reconstruct(
             *map(_survey_notice, outliers),
         ),
     )
-    stages.put("whole", (), Whole(recording, settings, given, fit, capture, result))
+    stages.put("whole", (), Whole(recording, settings, given, fit, result))
     return result
 
 
@@ -443,12 +440,12 @@ def _surface(passes: tuple[FittedPass, ...], settings: SurfaceSettings) -> Surfa
     )
 
 
-def survey_residuals(
-    recording: Recording, grid: Grid, points: FloatArray, frames: FloatArray
+def _survey_residuals(
+    recording: Recording, capture: Capture, fit: PassesFit
 ) -> tuple[SurveyResidual, ...]:
-    """Every observation's residual on curves (p, n + 1, 3) with frames (p, n + 1, 3, 3)."""
-    empty = np.zeros((*points.shape, 0))
-    placed = Placed(grid, points, frames, empty, empty)
+    """Every observation's residual on the fitted curves."""
+    empty = np.zeros((*fit.points.shape, 0))
+    placed = Placed(capture.grid, fit.points, fit.frames, empty, empty)
     # A crossing's other two residuals are of the normals, not of the place.
     ratios = [
         float(ratio)

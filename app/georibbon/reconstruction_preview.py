@@ -3,9 +3,9 @@
 From the last whole reconstruction with the same settings but for smoothing the
 joint adjustment is followed to the new smoothing (`fitting.following`), and the
 surface led along on the same triangles.  What neighbours say of each other, the
-minimum that was chosen, standard deviations, verdicts, checks and notices are
-those of the whole reconstruction: they belong to what is kept, and are done
-anew by `reconstruct`.
+minimum that was chosen, standard deviations, the survey's residuals, verdicts,
+checks and notices are those of the whole reconstruction: they belong to what is
+kept, and are done anew by `reconstruct`.
 """
 
 from dataclasses import replace
@@ -28,7 +28,6 @@ from georibbon.reconstruction import (
     Stages,
     Whole,
     reconstruct,
-    survey_residuals,
 )
 from georibbon.recording import Recording
 from georibbon.threads import one_thread
@@ -105,7 +104,6 @@ def _led(whole: Whole, minimum: Minimum, lengths: FloatArray, stages: Stages) ->
         old,
         heading=state.shared.heading,
         passes=passes,
-        survey=survey_residuals(whole.capture.recording, problem.grid, points, frames),
         surface=None if old.surface is None else rebuilt(old.surface, strips),
     )
 

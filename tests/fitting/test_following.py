@@ -118,3 +118,14 @@ def test_weights_count_in_the_smoothing_too(minimum):
     led, _ = follow(stand(weighed, state), smoothing)
     exact = descend(replace(weighed, smoothing=smoothing), state, tolerance=1e-10)
     np.testing.assert_allclose(curves(weighed, led), curves(weighed, exact), atol=1e-5)
+
+
+@pytest.mark.parametrize("factors", [(1, 0.7, 1), (1.4, 1, 0.9), (0.5, 1.2, 1.7)])
+def test_held_columns_and_a_new_factor_lead_to_the_same(minimum, factors, monkeypatch):
+    monkeypatch.setattr(following, "FAR", np.inf)
+    smoothing, steps = to(minimum, factors), []
+    for few in (3, 0):
+        monkeypatch.setattr(following, "FEW", few)
+        state, _ = follow(stand(minimum.problem, minimum.state), smoothing)
+        steps.append(curves(minimum.problem, state))
+    np.testing.assert_allclose(steps[0], steps[1], atol=1e-9)

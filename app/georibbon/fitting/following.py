@@ -2,32 +2,66 @@
 
 At the minimum for one smoothing the normal matrix H and the gradient g are
 known.  Another smoothing of some passes adds to both: with P the roughness of
-a strip and r its rates, dw P and dw P r.  One step -(H + dw P)^-1 (g + dw P r)
-then leads to the new minimum as nearly as the readings, linear in a strip that
-moves by little, allow.  A step that turns a strip by much is taken, and the
-equations are made anew where it leads to.
+a strip and r its rates, D = dw P and D r.  One step -(H + D)^-1 (g + D r) then
+leads to the new minimum as nearly as the readings, linear in a strip that moves
+by little, allow.  A step that turns a strip by much is taken, and the equations
+are made anew where it leads to.
+
+For few passes the columns Z of the inverse of H that are theirs are held, and
+(Woodbury's identity)
+
+    (H + D)^-1 x = y - Z (I + D Z_kk)^-1 D y_k,     y = H^-1 x
+
+with k the rows of these passes; for many H + D is factorised.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from georibbon.arrays import FloatArray
-from georibbon.fitting.blocks import BlockMatrix, factorise
+from georibbon.fitting.blocks import BlockFactor, BlockMatrix, factorise
 from georibbon.fitting.joint import JointProblem, State, equations, moved
 from georibbon.fitting.strip import prior
 
 FAR = float(np.radians(1.0))  # a turn beyond which the equations are made anew
+FEW = 3  # passes of which columns are held: beyond, the factor is sooner made anew
 
 
 @dataclass(frozen=True, eq=False)
 class Foothold:
-    """The equations of a joint problem at a state near its minimum."""
+    """The equations of a joint problem at a state near its minimum.
+
+    held: columns of the inverse, block by block, by the pass that they are of,
+    added to as they are asked for.
+    """
 
     problem: JointProblem
     state: State
     matrix: BlockMatrix
     gradient: list[FloatArray]
+    held: dict[int, list[FloatArray]] = field(default_factory=dict)
+
+    @cached_property
+    def factor(self) -> BlockFactor:
+        """The factor of the normal matrix."""
+        return factorise(self.matrix)
+
+    @cached_property
+    def step(self) -> list[FloatArray]:
+        """The step that is left with the smoothing as it is."""
+        return self.factor.solve([-part for part in self.gradient])
+
+    def columns(self, k: int) -> list[FloatArray]:
+        """The columns of the inverse of the normal matrix that are pass k's."""
+        if k not in self.held:
+            size = self.matrix.sizes[k]
+            right = [np.zeros((rows, size)) for rows in self.matrix.sizes]
+            right[k] = np.eye(size)
+            self.held[k] = self.factor.solve(right)
+        return self.held[k]
 
 
 def stand(problem: JointProblem, state: State) -> Foothold:
@@ -48,19 +82,50 @@ def follow(foothold: Foothold, smoothing: FloatArray) -> tuple[State, Foothold]:
 def _step(foothold: Foothold, smoothing: FloatArray) -> tuple[State, float]:
     """The state after one step, and by how much at most, radians, it turns a strip about."""
     problem = foothold.problem
-    grid, p = problem.grid, len(smoothing)
-    more = prior(grid, problem.times * (smoothing - problem.smoothing))
-    m = more.shape[1]
-    rates = foothold.state.shape.rates.reshape(p, -1)
-    matrix, gradient = BlockMatrix(foothold.matrix.sizes), list(foothold.gradient)
-    matrix.blocks = dict(foothold.matrix.blocks)
-    for k in (int(k) for k in np.flatnonzero(smoothing != problem.smoothing)):
-        matrix.blocks[k, k] = matrix.blocks[k, k].copy()
-        matrix.blocks[k, k][:m, :m] += more[k]
-        gradient[k] = gradient[k].copy()
-        gradient[k][3:m] += more[k, 3:, 3:] @ rates[k]
-    step = factorise(matrix).solve([-part for part in gradient])
+    changed = [int(k) for k in np.flatnonzero(smoothing != problem.smoothing)]
+    more = prior(problem.grid, problem.times * (smoothing - problem.smoothing))
+    added = {k: np.pad(more[k], (0, 3)) for k in changed}  # start points have no roughness
+    pulled = {k: added[k] @ _unknowns(foothold, k) for k in changed}
+    way = _by_columns if len(changed) <= FEW else _by_factor
+    step = way(foothold, added, pulled)
     return moved(problem, foothold.state, step), _turn(problem, step)
+
+
+def _unknowns(foothold: Foothold, k: int) -> FloatArray:
+    """A pass's unknowns as the roughness sees them: its rates, and nothing else."""
+    out = np.zeros(foothold.matrix.sizes[k])
+    out[3:-3] = foothold.state.shape.rates[k].ravel()
+    return out
+
+
+def _by_columns(
+    foothold: Foothold, added: dict[int, FloatArray], pulled: dict[int, FloatArray]
+) -> list[FloatArray]:
+    """The step, by the columns of the inverse that are held."""
+    if not added:
+        return foothold.step
+    held = [foothold.columns(k) for k in added]
+    columns = [np.concatenate(parts, axis=1) for parts in zip(*held, strict=True)]
+    pull = np.concatenate(list(pulled.values()))
+    step = [one - part @ pull for one, part in zip(foothold.step, columns, strict=True)]
+    among = np.concatenate([columns[k] for k in added])
+    weight = block_diag(*added.values())
+    own = np.concatenate([step[k] for k in added])
+    back = np.linalg.solve(np.eye(len(own)) + weight @ among, weight @ own)
+    return [one - part @ back for one, part in zip(step, columns, strict=True)]
+
+
+def _by_factor(
+    foothold: Foothold, added: dict[int, FloatArray], pulled: dict[int, FloatArray]
+) -> list[FloatArray]:
+    """The step, by factorising the matrix with what is added."""
+    matrix = BlockMatrix(foothold.matrix.sizes)
+    matrix.blocks = dict(foothold.matrix.blocks)
+    right = [-part for part in foothold.gradient]
+    for k, block in added.items():
+        matrix.blocks[k, k] = matrix.blocks[k, k] + block
+        right[k] = right[k] - pulled[k]
+    return factorise(matrix).solve(right)
 
 
 def _turn(problem: JointProblem, step: list[FloatArray]) -> float:
