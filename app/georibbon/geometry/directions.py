@@ -17,7 +17,7 @@ a millimetre of each other every direction is V.
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.geometry.frames import unit
+from georibbon.geometry.frames import dot, unit
 from georibbon.geometry.rails import Rails
 from georibbon.geometry.settings import Direction
 
@@ -77,7 +77,7 @@ def projected_direction(c: FloatArray, frames: FloatArray) -> FloatArray:
     flat = np.einsum(
         "...ij,...j->...i", frames[..., :2], np.einsum("...i,...ij->...j", c, frames[..., :2])
     )
-    upright = np.sum(flat * flat, axis=-1, keepdims=True) < LEAST_CHORD**2
+    upright = dot(flat, flat)[..., None] < LEAST_CHORD**2
     return np.where(upright, frames[..., 1], unit(flat))
 
 
@@ -87,8 +87,7 @@ def section_directions(rails: Rails) -> Ends:
     first, second = rails.frames[:-1, :, :, 2], rails.frames[1:, :, :, 2]
     both = first + second
     start, end = (
-        np.sum(both * n, axis=-1, keepdims=True) * c - np.sum(c * n, axis=-1, keepdims=True) * both
-        for n in (first, second)
+        dot(both, n)[..., None] * c - dot(c, n)[..., None] * both for n in (first, second)
     )
     return unit(start), unit(end)
 
@@ -103,7 +102,5 @@ def at_angles(frames: FloatArray, angles: FloatArray) -> FloatArray:
 
 def angles_of(directions: FloatArray, frames: FloatArray) -> FloatArray:
     """(...) radians, the angles alpha = atan2(T.tau, T.V) of directions (..., 3)."""
-    found: FloatArray = np.arctan2(
-        np.sum(directions * frames[..., 0], axis=-1), np.sum(directions * frames[..., 1], axis=-1)
-    )
+    found: FloatArray = np.arctan2(dot(directions, frames[..., 0]), dot(directions, frames[..., 1]))
     return found

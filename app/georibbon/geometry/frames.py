@@ -59,9 +59,27 @@ def curvatures(strip: Strip) -> tuple[FloatArray, FloatArray]:
     return -at[:, 1], at[:, 0]
 
 
+def dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(...) the dot products of vectors (..., 3); many times faster than a sum over three."""
+    product: FloatArray = (
+        first[..., 0] * second[..., 0]
+        + first[..., 1] * second[..., 1]
+        + first[..., 2] * second[..., 2]
+    )
+    return product
+
+
+def cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(..., 3) the cross products of vectors (..., 3); faster than numpy's on many."""
+    product = np.empty(np.broadcast_shapes(first.shape, second.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[..., i] = first[..., j] * second[..., k] - first[..., k] * second[..., j]
+    return product
+
+
 def unit(vectors: FloatArray) -> FloatArray:
     """(..., 3) vectors divided by their lengths; a zero vector stays zero."""
-    length = np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
+    length = np.sqrt(dot(vectors, vectors))[..., None]
     units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
     return units
 
@@ -71,9 +89,9 @@ def frames_from(tangents: FloatArray, normals: FloatArray) -> FloatArray:
 
     tangents: (..., 3) unit.  normals: (..., 3), not along the tangents.
     """
-    along = np.sum(normals * tangents, axis=-1, keepdims=True)
+    along = dot(normals, tangents)[..., None]
     squared = unit(normals - along * tangents)
-    return np.stack([tangents, np.cross(squared, tangents), squared], axis=-1)
+    return np.stack([tangents, cross(squared, tangents), squared], axis=-1)
 
 
 def interpolated(at: FloatArray, s: FloatArray, values: FloatArray) -> FloatArray:
@@ -83,11 +101,8 @@ def interpolated(at: FloatArray, s: FloatArray, values: FloatArray) -> FloatArra
 
 def arc_angles(first: FloatArray, second: FloatArray) -> FloatArray:
     """(...) radians between vectors (..., 3): atan2(|a x b|, a.b), exact near zero too."""
-    cross = np.cross(first, second)
-    angles: FloatArray = np.arctan2(
-        np.sqrt(np.sum(cross * cross, axis=-1)),
-        np.sum(first * second, axis=-1),
-    )
+    square = cross(first, second)
+    angles: FloatArray = np.arctan2(np.sqrt(dot(square, square)), dot(first, second))
     return angles
 
 

@@ -18,7 +18,7 @@ neighbours, solved by block elimination at all parameters at once.
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.geometry.frames import unit
+from georibbon.geometry.frames import dot, unit
 from georibbon.geometry.rails import PINCHED, Rails
 
 STIFFNESS = 1e-2  # e: without it two passes alone do not determine a quintic
@@ -82,7 +82,7 @@ def line_widths(rails: Rails) -> tuple[FloatArray, FloatArray]:
     """
     c = unit(rails.chords)
     b0, b1 = (
-        np.arcsin(np.clip(np.sum(c * normals, axis=-1), -1.0, 1.0))
+        np.arcsin(np.clip(dot(c, normals), -1.0, 1.0))
         for normals in (rails.frames[:-1, :, :, 2], rails.frames[1:, :, :, 2])
     )
     gaps = np.maximum(rails.gaps, PINCHED)

@@ -6,6 +6,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SurfaceError
+from georibbon.geometry.frames import cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ def grid_mesh(points: FloatArray, normals: FloatArray, sigma: FloatArray | None 
 def facets(mesh: Mesh) -> FloatArray:
     """(m, 3) m²: each triangle's outward normal times its area."""
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    halves: FloatArray = 0.5 * np.cross(b - a, c - a)
+    halves: FloatArray = 0.5 * cross(b - a, c - a)
     return halves
 
 

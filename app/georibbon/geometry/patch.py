@@ -21,7 +21,7 @@ from scipy.interpolate import BSpline
 
 from georibbon.arrays import FloatArray
 from georibbon.geometry.correspondence import Arrangement, Correspondence, correspond
-from georibbon.geometry.frames import unit
+from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.interior import QUINTIC
 from georibbon.geometry.rails import PINCHED, Rails, interpolant, sampled
 from georibbon.geometry.scheme import DEFAULT, Scheme, control_of, scheme_for
@@ -148,17 +148,17 @@ class PatchGrid:
 
         1 where the strips lie within a millimetre of each other.
         """
-        along, across = np.sum(self.along**2, axis=-1), np.sum(self.across**2, axis=-1)
+        along, across = dot(self.along, self.along), dot(self.across, self.across)
         pinched = (along == 0.0) | (across < PINCHED**2)
-        upright = np.sum(np.cross(self.along, self.across) * self.reference, axis=-1)
+        upright = dot(cross(self.along, self.across), self.reference)
         ratio = upright / np.sqrt(np.where(pinched, 1.0, along * across))
         return np.where(pinched, 1.0, ratio)
 
     @property
     def normals(self) -> FloatArray:
         """(..., k, m, 3) unit normals; where the patch is folded, the strips' normals blended."""
-        square = np.cross(self.along, self.across)
-        good = (np.sum(square * self.reference, axis=-1) > 0.0)[..., None]
+        square = cross(self.along, self.across)
+        good = (dot(square, self.reference) > 0.0)[..., None]
         return unit(np.where(good, square, self.reference))
 
 

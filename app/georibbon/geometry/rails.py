@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from georibbon.arrays import BoolArray, FloatArray
-from georibbon.geometry.frames import Strip, frames_from, unit
+from georibbon.geometry.frames import Strip, dot, frames_from, unit
 
 PINCHED = 1e-3
 
@@ -30,7 +30,7 @@ class Rails:
     @cached_property
     def gaps(self) -> FloatArray:
         """(p-1, k) metres between matched points of neighbours."""
-        length: FloatArray = np.sqrt(np.sum(self.chords**2, axis=-1))
+        length: FloatArray = np.sqrt(dot(self.chords, self.chords))
         return length
 
     @property

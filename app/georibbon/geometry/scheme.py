@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from georibbon.arrays import FloatArray
 from georibbon.geometry.directions import Ends, angled_directions, directions_of
 from georibbon.geometry.fairness import CRITERIA, fairest_lengths, lines_between
-from georibbon.geometry.frames import unit
+from georibbon.geometry.frames import dot, unit
 from georibbon.geometry.interior import quintic_control, smooth_directions
 from georibbon.geometry.rails import Rails
 from georibbon.geometry.settings import Direction, Interior, SurfaceSettings
@@ -119,7 +119,7 @@ def arc_lengths(directions: FloatArray, rails: Rails) -> FloatArray:
     directions: (p-1, k, 3) unit.  T.c is taken between 0 and 1; where the
     strips lie within a millimetre of each other lambda is 1.
     """
-    cosine = np.clip(np.sum(directions * unit(rails.chords), axis=-1), 0.0, 1.0)
+    cosine = np.clip(dot(directions, unit(rails.chords)), 0.0, 1.0)
     factors: FloatArray = 2.0 / (1.0 + np.where(rails.pinched, 1.0, cosine))
     return factors
 

@@ -9,7 +9,7 @@ from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SurfaceError
 from georibbon.geometry.checks import Check, all_checks
 from georibbon.geometry.correspondence import aligned, arrange
-from georibbon.geometry.frames import Strip
+from georibbon.geometry.frames import Strip, dot
 from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
 from georibbon.geometry.patch import (
     Patches,
@@ -234,8 +234,8 @@ def subdivided(
     v, rows = np.linspace(0.0, 1.0, ANALYSIS_ROWS), sample.control.shape[-2]
     normals = grid.normals
     stretch = 8.0 * STRETCH_SHARE * tolerance
-    speed_u = np.sqrt(np.sum(grid.along**2, axis=-1))
-    speed_v = np.sqrt(np.sum(grid.across**2, axis=-1))
+    speed_u = np.sqrt(dot(grid.along, grid.along))
+    speed_v = np.sqrt(dot(grid.across, grid.across))
     twist = normal_part(basis(v, 1, rows) @ sample.slope, normals)
     rate = np.sqrt(twist / np.maximum(speed_u * speed_v, 1e-12) / (4.0 * TWIST_SHARE * tolerance))
     rate = np.maximum(rate, 1.0 / GREATEST_EDGE)
@@ -248,7 +248,7 @@ def subdivided(
 
 def normal_part(derivative: FloatArray, normals: FloatArray) -> FloatArray:
     """(...) the size of vectors (..., 3) along unit normals (..., 3)."""
-    part: FloatArray = np.abs(np.sum(derivative * normals, axis=-1))
+    part: FloatArray = np.abs(dot(derivative, normals))
     return part
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from georibbon.arrays import FloatArray
 from georibbon.geometry.directions import angles_of, at_angles, section_directions
 from georibbon.geometry.fairness import derivative_rows
-from georibbon.geometry.frames import unit
+from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.rails import Rails
 
 FLOOR = 1e-3  # eps
@@ -127,16 +127,16 @@ def torsions(rails: Rails, x: FloatArray, ramp: FloatArray) -> tuple[FloatArray,
     c = np.broadcast_to(unit(rails.chords), t[0].shape)
     control = np.stack([c, *t], axis=-2)
     speed, bend = first @ control, second @ control
-    cross = np.cross(speed, bend)
-    size = np.sum(cross**2, axis=-1) + FLOOR
+    square = cross(speed, bend)
+    size = dot(square, square) + FLOOR
     root = 12.0 * np.sqrt(0.5 * weights)
     twist = triple(t[0], c, t[1])
     slopes = []
     for i, moved in enumerate((triple(turned[0], c, t[1]), triple(t[0], c, turned[1]))):
         ahead = turned[i][..., None, :]
-        change = np.cross(first[:, 1 + i, None] * ahead, bend)
-        change += np.cross(speed, second[:, 1 + i, None] * ahead)
-        growth = 2.0 * np.sum(cross * change, axis=-1) / size
+        change = cross(first[:, 1 + i, None] * ahead, bend)
+        change += cross(speed, second[:, 1 + i, None] * ahead)
+        growth = 2.0 * dot(square, change) / size
         by_angle = root * (moved[..., None] - twist[..., None] * growth) / size
         slopes.append(by_angle[..., None] * ramp[:, None, :])
     theta = root * twist[..., None] / size
@@ -146,5 +146,4 @@ def torsions(rails: Rails, x: FloatArray, ramp: FloatArray) -> tuple[FloatArray,
 
 def triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """(...) the determinants of vectors (..., 3)."""
-    product: FloatArray = np.sum(np.cross(a, b) * c, axis=-1)
-    return product
+    return dot(cross(a, b), c)
