@@ -6,6 +6,7 @@ right and y down.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -65,9 +66,9 @@ def bar_picture(attitude: FloatArray, block: bool) -> BarPicture:
     """
     corners = _corners(HALF) @ attitude.T
     lift = np.array([0.0, 0.0, -float(corners[:, 2].min())])
-    around = np.linspace(0.0, 2.0 * np.pi, 73)
+    around = np.linspace(0.0, 2.0 * np.pi, 41)
     rim = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
-    quarters = rim[[0, 18, 36, 54]]
+    quarters = rim[[0, 10, 20, 30]]
     floor = (corners + lift) * [1.0, 1.0, 0.0]
     ahead = attitude[:, 0] * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(ahead))
@@ -95,6 +96,7 @@ def sees(normal: FloatArray, point: FloatArray) -> bool:
     return bool(normal @ (CAMERA_AWAY * _camera()[2] - point) > 1e-9)
 
 
+@cache
 def _camera() -> tuple[FloatArray, FloatArray, FloatArray]:
     """(3,) each: the picture's right, its top, and the direction from which one looks."""
     turn, rise = CAMERA_TURN, CAMERA_RISE

@@ -12,6 +12,7 @@ from georibbon.gui.theme import Colours, colours_of, theme_of
 # second where the bar lies flat and where one end is lifted.
 WIDTH, BELOW, ABOVE, ABOVE_LIFTED = 3.3, 0.82, 0.85, 1.85
 SENSORS = 7
+SEEN = 0.01  # radians by which a bar must turn to be seen to
 # Wood, the ribbon, and what tells the bar's ends apart, by theme: drawn things, not words.
 LOOKS = {
     "light": {"bar": "#c9a36a", "ribbon": "#1f63b5", "end": "#c2500a", "block": "#9aa3ad"},
@@ -153,9 +154,19 @@ class BarView(QWidget):
 
     def show_attitude(self, attitude, block: bool, words: str = "") -> None:
         """Show an attitude (3, 3); None: nothing to show, and the words say why."""
+        if self._shows(attitude, block, words):
+            return
         self.attitude, self._block, self.words = attitude, block, words
         self.setAccessibleDescription(words)
         self.update()
+
+    def _shows(self, attitude, block: bool, words: str) -> bool:
+        """Whether nobody would see a difference: at rest nothing is painted anew."""
+        if (block, words) != (self._block, self.words):
+            return False
+        if attitude is None or self.attitude is None:
+            return attitude is self.attitude
+        return bool(abs(attitude - self.attitude).max() < SEEN)
 
     def paintEvent(self, _event) -> None:
         """The caption above, the bar, the words below."""

@@ -64,6 +64,7 @@ class CalibrationPage(QWidget):
         self._judge, self._reader = Worker(self), Worker(self)
         self._checked: Kept | None = None  # what a daily check is of
         self._ours = False  # whether the capture that goes on was begun here
+        self._stale = False  # whether what was computed is of other poses than are taken
         self._found: Calibration | None = None
         self._kept: Kept | None = None
         self.start, self.posing, self.done = StartView(self.shelf), PosingView(parts), DoneView()
@@ -225,6 +226,7 @@ class CalibrationPage(QWidget):
         if not self._has_poses():
             return
         self._found = self._kept = None
+        self._stale = False
         self._judge.forget()
         self.posing.start(self._checked is not None, self._title())
         self.stack.setCurrentWidget(self.posing)
@@ -260,7 +262,22 @@ class CalibrationPage(QWidget):
     def _stood(self) -> None:
         if self._desk.active and self.stack.currentWidget() is not self.start:
             self.posing.show_standing()
+            self.posing.ask_for_check()
+            self._compute()
             self._show_progress()
+
+    def _compute(self) -> None:
+        """What is taken has changed: compute what depends on it.
+
+        A happening is told before the checklist shows it.
+        """
+        if not self._stale:
+            return
+        self._stale = False
+        if self.posing.checking:
+            self._ask_check()
+        else:
+            self._ask_quality()
 
     def _happened(self, happening) -> None:
         if not self._has_poses():
@@ -268,8 +285,7 @@ class CalibrationPage(QWidget):
         self.posing.take_news(happening)
         if self.isVisible() and happening.kind in SOUNDS and not self._incomplete(happening):
             self._sounds.play(SOUNDS[happening.kind])
-        if happening.kind in COUNTED:
-            self._ask_check() if self.posing.checking else self._ask_quality()
+        self._stale |= happening.kind in COUNTED
         self._show_progress()
 
     def _incomplete(self, happening) -> bool:

@@ -135,7 +135,6 @@ class PosingView(QWidget):
             self.quality.show_nothing(0)
         self.live.tell("open", "")
         self.show_standing()
-        self._ask_for_check()
         if self.grid.buttons:
             self.grid.buttons[0].setFocus(Qt.FocusReason.OtherFocusReason)
 
@@ -174,10 +173,8 @@ class PosingView(QWidget):
         elif kind in ("taken", "skipped", "removed", "undone", "redone", "held", "saved"):
             state = "bad" if kind == "held" else "good"
             self.live.tell(state, told_words(happening.message, self.cards))
-        if kind in ("taken", "complete", "skipped"):
-            self._ask_for_check()
 
-    def _ask_for_check(self) -> None:
+    def ask_for_check(self) -> None:
         """Have the next pose of the daily check asked for, which no plan does by itself."""
         if not self._keys or self.asked is not None:
             return

@@ -20,6 +20,7 @@ from georibbon.gui.language import tr
 from georibbon.gui.theme import colours_of
 
 SAME = np.radians(3.0)
+SEEN = 0.01  # radians by which the cross must move to be seen to
 # The most telling of the states of poses at one point is shown.
 TELLING = ("refused", "asked", "open", "skipped", "poor", "good")
 
@@ -99,8 +100,14 @@ class SphereView(QWidget):
 
     def show_live(self, up) -> None:
         """Show the direction (3,) in which gravity is now; None: not known."""
-        self._live = up
-        self.update()
+        before, self._live = self._live, up
+        if up is None or before is None:
+            if up is not before:
+                self.update()
+        elif abs(up - before).max() > SEEN:
+            self.update()
+        else:
+            self._live = before
 
     def place(self, point: Point) -> QPointF:
         """Where a point is drawn."""
