@@ -217,6 +217,13 @@ def test_a_place_of_ones_own_choice_is_laid_without_a_capture(hands, parts, qtbo
     assert "moving hands" in said[-1]
 
 
+def test_a_pass_that_the_object_has_not_is_told(capturing, parts, qtbot):
+    parts.capture.add("P9", "pass")
+    qtbot.waitUntil(lambda: parts.capture.current.key == "P9", timeout=WAIT)
+    capturing.lay()
+    assert "has no P9" in capturing.told.text()
+
+
 def test_what_was_measured_is_entered_once(capturing, parts, qtbot):
     measured = survey_tables(*parts.station.virtual.survey())
     count = sum(map(len, measured.values()))

@@ -231,7 +231,13 @@ class VirtualHands(QWidget):
 
     def _begin(self, words: str) -> None:
         """Up into the air for a moment, then down: it has moved then, wherever it lay before."""
-        if self._do("lift"):
+        virtual, name = self._station.virtual, words.removeprefix("lay ")
+        if virtual is not None and name != words and name not in virtual.passes:
+            self._tell(
+                tr("The virtual ribbon's object has no {name}; choose more passes or ties on the "
+                   "Connect page, and connect again.", name=name)
+            )  # fmt: skip
+        elif self._do("lift"):
             self._words = words
             self._air.start(IN_THE_AIR)
 
