@@ -85,13 +85,9 @@ def patches_between(arrangement: Arrangement, settings: SurfaceSettings | None =
     chosen = settings or SurfaceSettings()
     strips = arrangement.strips
     match = correspond(strips, chosen.correspondence)
-    return schemed(PatchSet(arrangement, match, tuple(map(interpolant, strips))), chosen)
-
-
-def schemed(model: PatchSet, settings: SurfaceSettings) -> PatchSet:
-    """The model with the lines across as the settings ask, found on its own passes."""
+    model = PatchSet(arrangement, match, tuple(map(interpolant, strips)))
     u = natural_parameters(model)
-    return replace(model, scheme=scheme_for(settings, lambda: rails_at(model, u), u))
+    return replace(model, scheme=scheme_for(chosen, lambda: rails_at(model, u), u))
 
 
 def natural_parameters(model: PatchSet) -> FloatArray:

@@ -20,7 +20,6 @@ from georibbon.geometry.patch import (
     patch_grid,
     patches_at,
     patches_between,
-    schemed,
 )
 from georibbon.geometry.rails import PINCHED, interpolant
 from georibbon.geometry.settings import SurfaceSettings
@@ -42,12 +41,11 @@ TWIST_SHARE = 0.2
 class SurfacePlan:
     """What a surface was made from and where it was cut.
 
-    model: the passes in order across, matched.  settings: as they were.  nodes:
-    (k,) parameters of the grid's rows.  counts: (p-1,) columns of each patch.
+    model: the passes in order across, matched.  nodes: (k,) parameters of the
+    grid's rows.  counts: (p-1,) columns of each patch.
     """
 
     model: PatchSet
-    settings: SurfaceSettings
     nodes: FloatArray
     counts: IntArray
 
@@ -114,7 +112,7 @@ def build_surface(
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
         columns=(0, *(int(column) for column in np.cumsum(counts))),
-        plan=SurfacePlan(model, settings, nodes, counts),
+        plan=SurfacePlan(model, nodes, counts),
     )
 
 
@@ -123,8 +121,8 @@ def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
 
     surface: as `build_surface` made it.  strips: the same passes in the same
     order as then, each over the same arc lengths, their points and frames new.
-    What lies across from what is kept, as are the checks and the mesh's sigma;
-    there is no solid.  A preview in a fraction of the time of a new surface.
+    What lies across from what is kept, and what a criterion found, as are the
+    checks and the mesh's sigma; there is no solid.  A preview in a fraction of the time of a new surface.
     Raises SurfaceError where the passes are not those of the surface.
     """
     plan = surface.plan
@@ -133,8 +131,7 @@ def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
             "these are not the passes that the surface was built through, in number or length: "
             "build it anew"
         )
-    model = schemed(moved_model(plan.model, strips), plan.settings)
-    patches = patches_at(model, plan.nodes)
+    patches = patches_at(moved_model(plan.model, strips), plan.nodes)
     points, normals = vertices_of(patches, plan.counts)
     old = surface.mesh
     mesh = Mesh(points.reshape(-1, 3), old.triangles, normals.reshape(-1, 3), old.sigma)
