@@ -122,7 +122,8 @@ def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
     surface: as `build_surface` made it.  strips: the same passes in the same
     order as then, each over the same arc lengths, their points and frames new.
     What lies across from what is kept, and what a criterion found, as are the
-    checks and the mesh's sigma; there is no solid.  A preview in a fraction of the time of a new surface.
+    checks and the mesh's sigma; there is no solid.  A preview, in a fraction of
+    the time of a new surface.
     Raises SurfaceError where the passes are not those of the surface.
     """
     plan = surface.plan
