@@ -6,13 +6,16 @@ import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QApplication,
     QCheckBox,
     QComboBox,
+    QDockWidget,
     QDoubleSpinBox,
     QLabel,
     QLineEdit,
     QListWidget,
+    QMainWindow,
     QPlainTextEdit,
     QPushButton,
     QRadioButton,
@@ -211,6 +214,28 @@ def test_where_the_keys_are_is_seen(app, beside, qtbot, theme, name):
         if after.pixel(x, y) != before.pixel(x, y)
     }  # fmt: skip
     assert link in seen
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_signs_of_docks_and_toolbars_stand_out(app, qtbot, theme):
+    apply_theme(app, theme)
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    dock = QDockWidget("Dock")
+    window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+    bar = window.addToolBar("Bar")
+    for number in range(20):
+        bar.addAction(f"Action {number}")
+    window.resize(300, 200)
+    with qtbot.waitExposed(window):
+        window.show()
+    names = ("qt_dockwidget_closebutton", "qt_dockwidget_floatbutton", "qt_toolbar_ext_button")
+    for name in names:
+        (button,) = [
+            one for one in window.findChildren(QAbstractButton) if one.objectName() == name
+        ]
+        assert button.isVisible()
+        assert strongest(button, COLOURS[theme].window) >= SIGNS, name
 
 
 def test_there_and_back(app):

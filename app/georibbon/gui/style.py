@@ -8,9 +8,10 @@ colour, 3 to 1 at least, and where the keys are they are thick and in the link's
 from collections.abc import Callable
 
 from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPalette, QPen
+from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption
 
+from georibbon.gui.icons import icon
 from georibbon.gui.theme import colours_of
 
 _Primitive, _Control, _Complex = (
@@ -18,7 +19,7 @@ _Primitive, _Control, _Complex = (
     QStyle.ControlElement,
     QStyle.ComplexControl,
 )
-_State, _Sub = QStyle.StateFlag, QStyle.SubControl
+_State, _Sub, _Pixmap = QStyle.StateFlag, QStyle.SubControl, QStyle.StandardPixmap
 
 # What is framed over Fusion's drawing, with its corners' radius in px.
 _FRAMED = {
@@ -34,6 +35,17 @@ _FOCUSED = frozenset((
     _Primitive.PE_IndicatorCheckBox, _Primitive.PE_FrameLineEdit, _Primitive.PE_PanelButtonCommand,
     _Primitive.PE_Frame,
 ))  # fmt: skip
+
+
+# Signs that Fusion draws in black, or hardly lighter than the window; ours are of a grey that
+# stands out from both themes' windows, since they are not asked for again when the theme changes.
+_SIGNS = {
+    _Pixmap.SP_DockWidgetCloseButton: "dock-close",
+    _Pixmap.SP_TitleBarCloseButton: "dock-close",
+    _Pixmap.SP_TitleBarNormalButton: "dock-float",
+    _Pixmap.SP_ToolBarHorizontalExtensionButton: "more",
+    _Pixmap.SP_ToolBarVerticalExtensionButton: "more-below",
+}
 
 
 class FramedStyle(QProxyStyle):
@@ -53,6 +65,12 @@ class FramedStyle(QProxyStyle):
         elif element in _FRAMED and not _is_flat(element, option):
             focused = element in _FOCUSED and bool(option.state & _State.State_HasFocus)
             _stroke(painter, option, option.rect, _FRAMED[element], focused)
+
+    def standardIcon(self, sign, option=None, widget=None) -> QIcon:
+        """Our own where there is one."""
+        if sign in _SIGNS:
+            return icon(_SIGNS[sign], "light")
+        return super().standardIcon(sign, option, widget)
 
     def drawComplexControl(self, control, option, painter, widget=None) -> None:
         """As Fusion draws it, and its frame over it."""
