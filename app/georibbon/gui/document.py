@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from georibbon.reconstruction import Reconstruction, Stages
     from georibbon.recording import Recording
     from georibbon.session.session import Session
+    from georibbon.session.state import SessionState
 
 EVERY_PASS = "*"
 LEAST_PASSES = 2  # that span a surface
@@ -340,6 +341,27 @@ class Document(QObject):
     def reset_smoothing(self) -> None:
         """All passes automatically, in one step of undo."""
         self.reset_settings((SMOOTHING,))
+
+    @property
+    def state(self) -> SessionState | None:
+        """What the session that is open holds; None where it is none."""
+        return None if self._source is None else getattr(self._source, "state", None)
+
+    def note(self, text: str, pass_name: str | None = None) -> bool:
+        """Keep a note, perhaps of one pass; undone by name.  Whether it could be kept."""
+        session = self.session
+        if session is None:
+            return False
+        detail = {} if pass_name is None else {"pass": pass_name}
+        try:
+            session.do("note", text=text, **detail)
+        except StorageError as error:  # it is held in memory
+            self.failed.emit(str(error))
+        except GeoribbonError as error:
+            self.failed.emit(str(error))
+            return False
+        self.changed.emit("settings")
+        return True
 
     @property
     def calibration(self) -> Calibration | None:

@@ -20,7 +20,7 @@ from georibbon.session.source import CALIBRATION, KEPT, calibration_of, folder_o
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.recording import PassKind, Recording
-    from georibbon.session.state import CapturedPass
+    from georibbon.session.state import CapturedPass, SessionState
 
 CALIBRATED = "the calibration"
 Changes = Mapping[tuple[str, str], object]  # by whose ("*" for all) and key; None takes it back
@@ -226,6 +226,11 @@ class _OfSession:
         self._from: tuple[object, ...] = ()
         self._captured: tuple[CapturedPass, ...] = ()
         self._recording: Recording | None = None
+
+    @property
+    def state(self) -> "SessionState":
+        """What the session holds."""
+        return self.session.state
 
     @property
     def title(self) -> str | None:

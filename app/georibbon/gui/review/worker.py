@@ -1,6 +1,7 @@
 """Work beside the window that says what came of it in a sentence."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 from PySide6.QtCore import QCoreApplication, QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
@@ -18,7 +19,8 @@ class _Job(QRunnable):
             result, error = self._work(), None
         except Exception as raised:
             result, error = None, raised
-        self._done(self._number, result, error)
+        with suppress(RuntimeError):  # who asked is gone
+            self._done(self._number, result, error)
 
 
 class Worker(QObject):
@@ -41,6 +43,7 @@ class Worker(QObject):
         self._number = 0
         self._waiting: Callable[[], object] | None = None
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self.destroyed.connect(self._pool.waitForDone)
 
     @property
     def is_busy(self) -> bool:
