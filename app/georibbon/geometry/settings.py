@@ -52,8 +52,9 @@ class SurfaceSettings:
     passes covered to their ends or cut to where they overlap, equal arc lengths
     from the beginning, or equal fractions of the lengths.
     interior: the surface across inner passes: smooth ("g1"), with lines across
-    that run on smoothly ("c1-lines", chooses the directions), or with equal
-    curvature on both sides ("g2", chooses directions and lengths).
+    that run on smoothly ("c1-lines", chooses the directions; "criterion4" then
+    means "arc"), or with equal curvature on both sides ("g2", chooses directions
+    and lengths).
     angles: degrees, only for the direction "angles": from the conormal towards
     the run of the pass, where lines leave the first pass of a pair, at its
     beginning and at its end, and where they reach the second; linear between.
