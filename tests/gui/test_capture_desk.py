@@ -1,14 +1,13 @@
 """A capture through a real port, its engine in a thread, its news on the main thread."""
 
 import threading
-import time
 
 import pytest
+from quick_ribbon import quicken
 
 from georibbon.capture.plan import CapturePlan
 from georibbon.gui.capture_desk import CaptureDesk
 from georibbon.gui.document import Document
-from georibbon.gui.station import connection
 from georibbon.gui.station.station import Station
 from georibbon.session.session import Session
 from georibbon.simulation.settings import (
@@ -17,7 +16,7 @@ from georibbon.simulation.settings import (
     RibbonSettings,
     SimulationSettings,
 )
-from georibbon.virtual import VirtualRibbon, VirtualSettings
+from georibbon.virtual import VirtualSettings
 
 FASTER = 4.0  # the virtual ribbon's seconds in one of ours
 LONG = 30_000  # ms
@@ -27,14 +26,7 @@ class Desk:
     """A desk with a virtual ribbon on it, and what it told."""
 
     def __init__(self, qtbot, monkeypatch):
-        origin = time.monotonic()
-        monkeypatch.setattr(
-            connection,
-            "VirtualRibbon",
-            lambda settings: VirtualRibbon(
-                settings, clock=lambda: origin + FASTER * (time.monotonic() - origin)
-            ),
-        )
+        quicken(monkeypatch, FASTER)
         self.qtbot = qtbot
         self.document, self.station = Document(), Station()
         self.capture = CaptureDesk(self.station, self.document)

@@ -2,6 +2,7 @@
 
 import faulthandler
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -25,6 +26,26 @@ HardCrashes(Path(sys.argv[1]))
 def deep_inside():
     ctypes.string_at(0)
 deep_inside()
+"""
+
+
+# Shows the window; then crashes, or tells whether it told of a crash.
+STARTED = """
+import os, signal, sys
+from PySide6.QtCore import QTimer
+from georibbon.gui import app, window
+made = window.MainWindow.__init__
+def watched(self, *words):
+    made(self, *words)
+    QTimer.singleShot(300, lambda: act(self))
+def act(self):
+    if sys.argv[1] == "crash":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    told = self.crashes.window
+    print(told is not None and told.isVisible() and told.what.text(), flush=True)
+    self.close()
+window.MainWindow.__init__ = watched
+sys.exit(app.main())
 """
 
 
@@ -174,6 +195,22 @@ def test_a_crash_of_the_process_is_told_by_the_next_one(reporter, notifier, qtbo
     assert "when it ran last" in window.what.text()
     assert "deep_inside" in window.details.toPlainText()
     assert any("ended by a crash" in one.text for one in notifier.entries)
+
+
+def test_the_program_tells_of_its_crash_at_the_next_start_and_only_there(tmp_path):
+    homes = ("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME")
+    environment = os.environ | dict.fromkeys(homes, str(tmp_path))
+    environment["QT_QPA_PLATFORM"] = "offscreen"
+    told = []
+    for verb in ("crash", "look", "look"):
+        done = subprocess.run(
+            [sys.executable, "-c", STARTED, verb],
+            env=environment, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60,
+        )  # fmt: skip
+        told.append((done.returncode, done.stdout.strip()))
+    assert told[0] == (-signal.SIGSEGV, "")
+    assert told[1] == (0, "The program ended by a crash when it ran last.")
+    assert told[2] == (0, "False")
 
 
 @pytest.fixture(autouse=True)

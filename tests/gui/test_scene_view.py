@@ -7,15 +7,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QMainWindow
 
 import synthetic
 from georibbon.errors import ExportError
 from georibbon.gui import scene_view
-from georibbon.gui.scene_view import STANDARD_VIEWS, ImageView, SceneView, make_view, opengl_works
+from georibbon.gui.scene_view import (
+    COLOURINGS,
+    STANDARD_VIEWS,
+    ImageView,
+    SceneView,
+    make_view,
+    opengl_works,
+)
 from georibbon.gui.theme import palette
+from georibbon.scene.drawing import CaptureDrawing
 
 RESULT = synthetic.reconstruction()
 WIDTH, HEIGHT = 480, 300
@@ -308,3 +316,254 @@ def test_a_window_shows_before_vtk_is_loaded_and_ends_in_peace(platform):
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert "rror" not in run.stderr
+
+
+# --- captures, colours, changing in place ---
+
+TAKEN = tuple((one.name, one.kind, one.strip.points) for one in RESULT.passes)
+
+
+def test_a_capture_is_shown_before_there_is_any_result(view):
+    view.show_capture(CaptureDrawing(TAKEN[:2], ("P3", TAKEN[2][2]), "P2"))
+    assert share(view.image()) > 0.005
+    view.show_capture(None)
+    base = view.palette().base().color()
+    assert np.all(pixels(view.image()) == [base.red(), base.green(), base.blue()])
+
+
+def test_a_capture_that_grows_stays_in_sight_until_a_hand_moves_the_camera(view, qtbot):
+    view.show_capture(CaptureDrawing(TAKEN[:1]))
+    view.show_capture(CaptureDrawing(TAKEN[:1], ("P2", TAKEN[1][2] + [0.0, 3.0, 0.0])))
+    fitted = view.image()
+    view.fit()
+    assert differ(fitted, view.image()) < 0.05
+    qtbot.keyClick(view, Qt.Key.Key_Left)
+    turned = view._stage.scene.renderer.GetActiveCamera().GetPosition()
+    view.show_capture(CaptureDrawing(TAKEN[:1], ("P2", TAKEN[1][2] + [0.0, 9.0, 0.0])))
+    assert view._stage.scene.renderer.GetActiveCamera().GetPosition() == turned
+
+
+def test_another_result_is_shown_in_the_scene_that_is_there(full):
+    scene = full._stage.scene
+    full.show_scene(synthetic.reconstruction())
+    full.set_colouring("mean")
+    full.show_capture(CaptureDrawing(TAKEN[:1]))
+    assert full._stage.scene is scene
+    full.setPalette(palette("dark"))
+    assert full._stage.scene is not scene
+    assert full._stage.scene.look.colouring == "mean"
+
+
+@pytest.mark.parametrize("mode", [one for one in COLOURINGS if one != "uncertainty"])
+def test_every_colouring_changes_the_picture_and_back(full, mode):
+    before = full.image()
+    full.set_deviation(1e-3 * RESULT.surface.mesh.vertices[:, 1], "from A")
+    full.set_colouring(mode)
+    assert full.colouring == mode
+    assert differ(before, full.image()) > 0.05 or mode == "normal"  # no grid: nothing to show
+    full.set_colouring("uncertainty")
+    assert differ(before, full.image()) < 0.001
+
+
+def test_what_there_is_not_cannot_be_asked_for(full):
+    for refused in (
+        lambda: full.set_colouring("rainbow"),
+        lambda: full.set_shown("dragons", True),
+        lambda: full.set_tool("hammer"),
+        lambda: full.set_range((1.0, 1.0)),
+    ):
+        with pytest.raises(ValueError):  # noqa: PT011 -- four messages
+            refused()
+
+
+def test_a_fixed_range_stays_with_its_colouring(full, qtbot):
+    automatic = full.range()
+    with qtbot.waitSignal(full.recoloured):
+        full.set_range((0.0, 0.01))
+    assert full.range() == pytest.approx((0.0, 0.01))
+    full.set_colouring("mean")
+    assert full.fixed_range is None
+    full.set_colouring("uncertainty")
+    assert full.fixed_range == (0.0, 0.01)
+    full.set_range(None)
+    assert full.range() == pytest.approx(automatic)
+
+
+def test_parts_can_be_hidden_and_shown(full):
+    before = full.image()
+    full.set_shown("surface", False)
+    assert share(full.image()) < 0.6 * share(before)
+    assert not full.is_shown("surface")
+    full.set_shown("surface", True)
+    assert differ(before, full.image()) < 0.001
+
+
+def test_while_it_moves_edges_are_rough_and_smooth_when_it_rests(full, qtbot):
+    full.repaint()
+    rough = []
+    for _ in range(3):
+        qtbot.keyClick(full, Qt.Key.Key_Left)
+        full.repaint()
+        rough.append(full._stage.scene.renderer.GetUseFXAA())
+    assert not rough[-1]
+    qtbot.waitUntil(lambda: full._stage.scene.renderer.GetUseFXAA())
+
+
+def test_two_views_look_from_one_place(full, qtbot):
+    other = shown(ImageView(), qtbot)
+    other.show_scene(RESULT)
+    full.camera_moved.connect(lambda: other.copy_camera(full))
+    told = []
+    other.camera_moved.connect(lambda: told.append(1))
+    qtbot.keyClick(full, Qt.Key.Key_Left)
+    qtbot.keyClick(full, Qt.Key.Key_Plus)
+    assert differ(full.image(), other.image()) < 0.02
+    assert told == []
+
+
+# --- pictures ---
+
+
+def test_a_larger_picture_shows_the_same(full):
+    one, three = full.image(), full.image(3)
+    assert (three.width(), three.height()) == (3 * WIDTH, 3 * HEIGHT)
+    small = three.scaled(
+        WIDTH, HEIGHT, Qt.AspectRatioMode.IgnoreAspectRatio,
+        Qt.TransformationMode.SmoothTransformation,
+    )  # fmt: skip
+    assert differ(one, small) < 0.06  # edges and letters
+
+
+def test_a_transparent_picture_has_nothing_behind_the_object(full):
+    image = full.image(1, transparent=True)
+    opacity = image.convertToFormat(QImage.Format.Format_Alpha8)
+    assert image.hasAlphaChannel()
+    assert image.pixelColor(2, 2).alpha() == 0
+    assert image.pixelColor(MIDDLE).alpha() == 255
+    assert opacity.width() == WIDTH
+
+
+def test_a_picture_that_is_too_large_is_refused_in_words(full):
+    with pytest.raises(ExportError, match=r"too large to be drawn.*choose a smaller scale"):
+        full.image(100)
+
+
+def test_an_empty_view_is_a_picture_too(view):
+    image = view.image(2, transparent=True)
+    assert (image.width(), image.pixelColor(5, 5).alpha()) == (2 * WIDTH, 0)
+
+
+# --- tools ---
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def from_above(full):
+    """The view from above, where x grows to the right and y upwards."""
+    full.standard_view("top")
+    full.image()
+    return full
+
+
+def test_a_click_with_the_point_tool_tells_of_the_place(from_above, qtbot):
+    from_above.set_tool("point")
+    assert from_above.cursor().shape() == Qt.CursorShape.CrossCursor
+    before = from_above.image()
+    with qtbot.waitSignal(from_above.picked) as told:
+        qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+    pick = told.args[0]
+    assert 0.2 < pick.position[0] < 0.8
+    assert abs(pick.position[1]) < 0.25
+    assert pick.pass_name in {"P2", "P3", "P4", "T1"}
+    assert pick.sigma > 0
+    assert 0 < differ(before, from_above.image()) < 0.02  # a mark stands there
+
+
+def test_two_clicks_measure_a_distance_and_cut_a_section(from_above, qtbot):
+    second = MIDDLE + QPoint(60, 10)
+    hints = []
+    from_above.hinted.connect(hints.append)
+    from_above.set_tool("distance")
+    qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+    with qtbot.waitSignal(from_above.measured) as told:
+        qtbot.mouseClick(from_above, LEFT, pos=second)
+    distance = told.args[0]
+    assert distance.straight <= distance.along < 1.1 * distance.straight
+    assert hints == ["Click the first place.", "Click the second place.", "Click the first place."]
+    for upright in (True, False):
+        from_above.set_upright_sections(upright)
+        from_above.set_tool("section")
+        qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+        with qtbot.waitSignal(from_above.sectioned) as told:
+            qtbot.mouseClick(from_above, LEFT, pos=second)
+        assert told.args[0].upright is upright
+        assert told.args[0].between == pytest.approx(distance.along, rel=0.02)
+
+
+def test_a_place_beside_everything_is_answered_in_words(from_above, qtbot):
+    from_above.set_tool("point")
+    with qtbot.waitSignal(from_above.hinted) as told:
+        qtbot.mouseClick(from_above, LEFT, pos=QPoint(5, 5))
+    assert "nothing there" in told.args[0]
+
+
+def test_a_section_without_a_plane_is_answered_in_words(from_above, qtbot):
+    from_above.set_tool("section")
+    qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+    hints = []
+    from_above.hinted.connect(hints.append)
+    qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+    qtbot.waitUntil(lambda: any("determine no plane" in hint for hint in hints))
+
+
+def test_with_a_tool_a_drag_still_turns_and_picks_nothing(from_above, qtbot):
+    from_above.set_tool("point")
+    picks = []
+    from_above.picked.connect(picks.append)
+    before = from_above.image()
+    qtbot.mousePress(from_above, LEFT, pos=MIDDLE)
+    qtbot.mouseMove(from_above, MIDDLE + QPoint(30, 10))
+    qtbot.mouseMove(from_above, MIDDLE + QPoint(60, 20))
+    qtbot.mouseRelease(from_above, LEFT, pos=MIDDLE + QPoint(60, 20))
+    assert differ(before, from_above.image()) > 0.05
+    assert picks == []
+
+
+@pytest.mark.parametrize("key", [Qt.Key.Key_Return, Qt.Key.Key_Space])
+def test_the_keys_touch_the_middle_and_escape_puts_the_tool_down(from_above, qtbot, key):
+    from_above.set_tool("point")
+    with qtbot.waitSignal(from_above.picked) as told:
+        qtbot.keyClick(from_above, key)
+    assert told.args[0].position is not None
+    assert from_above._stage.scene._cross.GetVisibility()
+    with qtbot.waitSignal(from_above.tool_changed) as changed:
+        qtbot.keyClick(from_above, Qt.Key.Key_Escape)
+    assert changed.args == ["none"]
+    assert from_above.tool == "none"
+    assert not from_above._stage.scene._cross.GetVisibility()
+    qtbot.keyClick(from_above, key)  # for others now
+
+
+def test_a_tools_keys_are_the_views_own_before_any_shortcut(full):
+    for key, tool, own in (
+        (Qt.Key.Key_Space, "point", True),
+        (Qt.Key.Key_Space, "none", False),
+        (Qt.Key.Key_A, "point", False),
+    ):
+        full.set_tool(tool)
+        asked = QKeyEvent(QEvent.Type.ShortcutOverride, key, Qt.KeyboardModifier.NoModifier)
+        asked.ignore()
+        QApplication.sendEvent(full, asked)
+        assert asked.isAccepted() is own
+
+
+def test_another_result_takes_the_marks_away_and_without_one_nothing_is_picked(from_above, qtbot):
+    from_above.set_tool("point")
+    before = from_above.image()
+    qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)
+    assert differ(before, from_above.image()) > 0
+    from_above.show_scene(synthetic.reconstruction())
+    assert differ(before, from_above.image()) < 0.001
+    from_above.show_scene(None)
+    qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)  # nothing happens

@@ -37,7 +37,7 @@ TIPS = (
     N_("Standard deviation of an axis over half a second, in thousandths"),
     N_("What is wrong with it"),
 )
-WIDTHS = (58, 106, 82, 104, 104, 104, 60, 54, 84)
+WIDTHS = (56, 98, 80, 100, 100, 100, 58, 52, 80)
 LIVE = (X, Y, Z, NORM, NOISE, STATE)
 FULL = 1.5  # at the end of a bar: g, or times the field
 NUMBER = 54  # px beside the bar

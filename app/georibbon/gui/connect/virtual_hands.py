@@ -145,7 +145,7 @@ class VirtualHands(QWidget):
         self.pause.setAccessibleName(tr("Seconds until it is laid by itself"))
         self.pause.setToolTip(tr("How long the hands wait before they lay what is asked for"))
         self.survey.setToolTip(tr("The marks, distances and crossings that you would measure"))
-        self.troubles.setText(tr("Trou&bles"))
+        self.troubles.setText(tr("Trou&bles") + "   ")  # room for the arrow
         self.troubles.setToolTip(tr("What may go wrong, to see what the program does"))
         self.troubles.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.troubles.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
