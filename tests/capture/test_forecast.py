@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from georibbon.capture.forecast import Stopped, forecast, usual_calibration
-from georibbon.capture.laying import LIKENESSES, MOST_LAID, lay_plan
+from georibbon.capture.laying import LEAST_LAID, LIKENESSES, MOST_LAID, lay_plan
 from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.errors import FitError, SettingsError
 from georibbon.reconstruction import ReconstructionSettings, reconstruct
@@ -132,6 +132,10 @@ def test_a_large_plan_is_forecast_by_its_first_passes():
     laid = lay_plan(RIBBON, CapturePlan(passes=40, ties=1), "gentle")
     assert laid.pass_count == MOST_LAID
     assert f"first {MOST_LAID} passes" in laid.words
+    many = virtual_ribbon(RibbonSettings(sensors=128, length=1.0))
+    laid = lay_plan(many, CapturePlan(passes=5, ties=40), "flat")
+    assert laid.pass_count == LEAST_LAID
+    assert "12 ties only" in laid.words
 
 
 @pytest.mark.parametrize("likeness", LIKENESSES)

@@ -1,6 +1,8 @@
 """A plan laid on an assumed surface: where its passes, ties and measurements would be."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -27,7 +29,9 @@ WORDS: dict[Likeness, str] = {
     "gentle": "a gently domed and rippled panel, like a car bonnet",
     "bent": "a pipe that every pass bends over by about 120°",
 }
-MOST_LAID = 12  # passes; more of them change the figures little and take long
+# Passes, at least and at most, and passes times sensors; more change the figures little and take
+# long.  Ties likewise.
+LEAST_LAID, MOST_LAID, MOST_SENSORS, MOST_TIES = 3, 12, 384, 12
 SIZE = 0.96  # m, the ribbon for which the surfaces' proportions are meant
 TURN = 2.1  # radians that a pass bends by on the bent surface
 BONNET_REACH = 0.6  # m from side to side of the passes on an ordinary bonnet
@@ -73,20 +77,13 @@ class Laid:
 
 
 def lay_plan(ribbon: Ribbon, plan: CapturePlan, likeness: Likeness) -> Laid:
-    """The plan's first passes (`MOST_LAID` at most) and its ties on a surface of a kind.
+    """The plan's first passes (`MOST_LAID` at most) and ties on a surface of a kind.
 
     Raises SettingsError for a kind that is not known.
     """
-    count = min(max(plan.passes, 2), MOST_LAID)
-    layout = LayoutSettings(
-        passes=count,
-        spacing=plan.layout.spacing,
-        ties=plan.ties,
-        tie_places=tie_places(plan.ties),
-        heading=0.0,
-    )
-    surface = _surface(likeness, ribbon.length, count, plan.layout.spacing)
-    strips = lay_passes(surface, surface_kind("plane"), layout, ribbon.length)
+    most = min(max(MOST_SENSORS // len(ribbon.sensors), LEAST_LAID), MOST_LAID)
+    count, ties = min(max(plan.passes, 2), most), min(plan.ties, MOST_TIES)
+    strips = _strips(likeness, ribbon.length, count, plan.layout.spacing, ties)
     grid = make_grid(ribbon)
     shape, origins = _fitted(grid, list(strips.values()))
     frames = integrate_frames(grid, shape)
@@ -96,8 +93,22 @@ def lay_plan(ribbon: Ribbon, plan: CapturePlan, likeness: Likeness) -> Laid:
     words = WORDS[likeness]
     if count < plan.passes:
         words += f", the first {count} passes only"
+    if ties < plan.ties:
+        words += f", {ties} ties only"
     recording = _recording(ribbon, plan.layout, curves, count)
     return Laid(grid, shape, origins, points, frames, recording, count, words)
+
+
+@lru_cache(maxsize=32)  # while a plan is thought about, most of what changes is measurements
+def _strips(
+    likeness: Likeness, length: float, passes: int, spacing: float, ties: int
+) -> Mapping[str, Strip]:
+    """The true curves, by name, passes before ties."""
+    layout = LayoutSettings(
+        passes=passes, spacing=spacing, ties=ties, tie_places=tie_places(ties), heading=0.0
+    )
+    surface = _surface(likeness, length, passes, spacing)
+    return lay_passes(surface, surface_kind("plane"), layout, length)
 
 
 def _surface(likeness: Likeness, length: float, passes: int, spacing: float) -> ReferenceSurface:

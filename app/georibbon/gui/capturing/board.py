@@ -1,7 +1,7 @@
 """What is read from two metres away: what to lay, how it lies, how the last one went."""
 
 from PySide6.QtCore import QEvent, Qt, QTimer
-from PySide6.QtGui import QFont
+from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
 
 from georibbon.gui.capturing.model import Quality
@@ -10,6 +10,7 @@ from georibbon.gui.language import tr
 from georibbon.gui.theme import colours_of
 
 FLASH = 450  # ms
+_TEXT = QPalette.ColorRole.WindowText
 TINT = {"good": "good", "acceptable": "fair", "redo": "poor"}
 
 
@@ -18,7 +19,7 @@ class Words(QLabel):
 
     def __init__(self, size: float = 1.0, bold: bool = False) -> None:
         super().__init__()
-        self._tint, self._painted = "words", ""
+        self._tint = "words"
         self.setWordWrap(True)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -40,31 +41,49 @@ class Words(QLabel):
             self._paint()
 
     def _paint(self) -> None:
-        colour = getattr(colours_of(self.palette()), self._tint)
-        if colour != self._painted:
-            self._painted = colour
-            self.setStyleSheet(f"color: {colour}")
+        """A palette and no style sheet: a widget with one does not follow the theme."""
+        mine = QPalette()
+        if self._tint != "words":
+            mine.setColor(_TEXT, QColor(getattr(colours_of(self.palette()), self._tint)))
+        if self.palette().color(_TEXT) != mine.color(_TEXT):
+            self.setPalette(mine)
 
 
 class Board(QFrame):
-    """A framed panel that can flash; its words by their names."""
+    """A framed panel that can light up for a moment."""
 
     def __init__(self, name: str, parent=None) -> None:
         super().__init__(parent)
-        self.setObjectName("board")
         self.setFrameShape(QFrame.Shape.StyledPanel)
         self.setAccessibleName(name)
+        self.light: str | None = None
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(FLASH)
-        self._timer.timeout.connect(lambda: self.setStyleSheet(""))
+        self._timer.timeout.connect(self._go_out)
 
     def flash(self, good: bool) -> None:
-        """Light up for a moment."""
-        of = colours_of(self.palette())
-        colour = of.good if good else of.poor
-        self.setStyleSheet(f"QFrame#board {{ border: 6px solid {colour}; }}")
+        """Light up in the colour of what went well, or did not."""
+        self.light = "good" if good else "poor"
         self._timer.start()
+        self.update()
+
+    def _go_out(self) -> None:
+        self.light = None
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """The frame, and the light along it."""
+        super().paintEvent(event)
+        if self.light is not None:
+            _outline(self, getattr(colours_of(self.palette()), self.light), 8)
+
+
+def _outline(widget: QFrame, colour: str, width: int) -> None:
+    with QPainter(widget) as painter:
+        painter.setPen(QPen(QColor(colour), width, j=Qt.PenJoinStyle.MiterJoin))
+        half = width // 2
+        painter.drawRect(widget.rect().adjusted(half, half, -half, -half))
 
 
 class VerdictBoard(Board):
@@ -108,7 +127,6 @@ class Banner(QFrame):
 
     def __init__(self, parent=None) -> None:
         super().__init__(parent)
-        self.setObjectName("banner")
         self.words = Words(1.15, bold=True)
         self.buttons: list[QPushButton] = []
         self._layout = QHBoxLayout(self)
@@ -126,6 +144,9 @@ class Banner(QFrame):
         """Show a sentence; nothing at all for an empty one."""
         self.words.say(sentence, "poor")
         self.setAccessibleName(sentence)
-        colour = colours_of(self.palette()).poor
-        self.setStyleSheet(f"QFrame#banner {{ border: 2px solid {colour}; border-radius: 4px; }}")
         self.setVisible(bool(sentence))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """A line around the trouble."""
+        super().paintEvent(event)
+        _outline(self, colours_of(self.palette()).poor, 2)

@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from georibbon.capture.plan import places
 from georibbon.capture.survey_rows import SurveyRow, make_entry, proposed
+from georibbon.gui.capturing.board import Words
 from georibbon.gui.capturing.model import CaptureModel
 from georibbon.gui.language import N_, tr, trn
 from georibbon.gui.parts import Parts
@@ -62,14 +62,10 @@ class SurveyTable(QWidget):
         self._rows: tuple[SurveyRow, ...] = ()
         self.drafts: list[Draft] = []
         self.table = _Table(self)
-        self.problem = QLabel()
-        self.problem.setWordWrap(True)
-        self.problem.setTextFormat(Qt.TextFormat.PlainText)
+        self.problem = Words()
         self.problem.setAccessibleName(tr("What is wrong with the survey"))
         self.problem.hide()
-        self.state = QLabel()
-        self.state.setWordWrap(True)
-        self.state.setTextFormat(Qt.TextFormat.PlainText)
+        self.state = Words()
         self.add_mark = QPushButton(tr("Add &mark"))
         self.add_distance = QPushButton(tr("Add &distance"))
         self.add_crossing = QPushButton(tr("Add c&rossing"))
@@ -198,6 +194,12 @@ class SurveyTable(QWidget):
         units = self._parts.units
         return units.metres(number) if abs(units.metres(number)) < 1e6 else None
 
+    def changeEvent(self, event: QEvent) -> None:
+        """The lines' colours follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "delete"):
+            self._fill()
+
     # --- showing ---
 
     def refresh(self) -> None:
@@ -257,7 +259,7 @@ class SurveyTable(QWidget):
         if column == RESIDUAL:
             return "" if row is None or row.residual is None else units.number(row.residual, 1)
         if column not in values:
-            return ""
+            return "?" if row is None and column in FIELDS[table] else ""
         return values[column] if column in NAMES else units.number(values[column], 1)
 
     def _colour(self, item: QTableWidgetItem, column: int, row: SurveyRow | None) -> None:
@@ -279,8 +281,7 @@ class SurveyTable(QWidget):
         self.state.setText(words)
 
     def _refuse(self, sentence: str) -> None:
-        self.problem.setStyleSheet(f"color: {colours_of(self.palette()).poor}")
-        self.problem.setText(sentence)
+        self.problem.say(sentence, "poor")
         self.problem.setVisible(bool(sentence))
         if sentence:
             self._fill()
