@@ -10,6 +10,8 @@ from PySide6.QtCore import QSocketNotifier, QThreadPool, QTimer, QtMsgType, qIns
 from PySide6.QtWidgets import QApplication
 
 from georibbon import __version__
+from georibbon.gui import language
+from georibbon.gui.crash import HardCrashes, crash_folder
 from georibbon.gui.notifier import Notifier
 from georibbon.gui.scene_view import ask_for_surfaces
 from georibbon.gui.settings import Settings
@@ -28,12 +30,15 @@ def make_application(arguments: Sequence[str] = ("georibbon",)) -> QApplication:
 def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     """Show the window, with what lies at a path or the demonstration; returns the exit code."""
     application = make_application()
+    hard = HardCrashes(crash_folder())
     notifier = Notifier()
     notifier.install()
     qInstallMessageHandler(lambda kind, _, text: _qt_said(notifier, kind, text))
+    settings = Settings(notifier=notifier)
+    language.use(settings.language)
     from georibbon.gui.window import MainWindow
 
-    window = MainWindow(Settings(), notifier)
+    window = MainWindow(settings, notifier)
     heard = _close_on_signals(window)
     window.show()
     # The window is seen first, and then what takes long is loaded beside it.
@@ -42,6 +47,7 @@ def main(path: Path | None = None, *, demonstration: bool = False) -> int:
         QTimer.singleShot(0, lambda: window.open(path))
     elif demonstration:
         QTimer.singleShot(0, window.open_demonstration)
+    QTimer.singleShot(0, lambda: window.crashes.tell_of_before(hard.previous))
     code = application.exec()
     QThreadPool.globalInstance().waitForDone()
     heard.setEnabled(False)
@@ -49,6 +55,7 @@ def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     os.close(heard.socket())
     qInstallMessageHandler(None)
     notifier.uninstall()
+    hard.end()
     return code
 
 
