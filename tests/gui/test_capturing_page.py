@@ -3,13 +3,25 @@
 import pytest
 from capturing_bench import SPACING, Bench
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSpinBox,
+    QComboBox,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QTabWidget,
+    QWidget,
+)
 
 from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.device.telling import LinkState
 from georibbon.gui import dialogs
 from georibbon.gui.capturing.capture_page import CapturePage
 from georibbon.gui.capturing.model import merged
+from georibbon.gui.theme import COLOURS, apply_theme
 from georibbon.session.session import Session
 
 LONG = 20_000  # ms
@@ -329,3 +341,49 @@ def test_without_a_calibration_the_poses_come_first(page, bench):
 )
 def test_open_passes_stand_behind_those_they_are_planned_behind(planned, taken, after, order):
     assert merged(planned, taken, after) == order
+
+
+def letters(widget):
+    """The mnemonics of all that can be seen: of buttons, labels with a buddy, and tabs."""
+    texts = [one.text() for one in widget.findChildren(QAbstractButton) if one.isVisible()]
+    texts += [one.text() for one in widget.findChildren(QLabel) if one.buddy() is not None]
+    for tabs in widget.findChildren(QTabWidget):
+        texts += [tabs.tabText(k) for k in range(tabs.count())]
+    return [text[text.index("&") + 1].lower() for text in texts if "&" in text]
+
+
+def test_no_two_mnemonics_are_alike_nor_a_menus(page, bench):
+    menus = set("fevh")
+    planned = letters(page.plan)
+    assert len(set(planned) | menus) == len(planned) + len(menus)
+    bench.begin(PLAN)
+    page.view.storage_banner.show()
+    page.view.poses_button.show()
+    for tab in range(2):
+        page.view.tabs.setCurrentIndex(tab)
+        found = letters(page.view)
+        assert len(set(found) | menus) == len(found) + len(menus)
+
+
+def test_all_that_takes_keys_or_shows_something_has_a_name(page, bench):
+    bench.begin(PLAN)
+    for kind in (QLineEdit, QAbstractSpinBox, QComboBox, QAbstractItemView):
+        for one in page.findChildren(kind):
+            inside = isinstance(one.parent(), QComboBox | QAbstractSpinBox)
+            popup = one.window() is not page.window() or isinstance(one, QHeaderView)
+            assert inside or popup or one.accessibleName(), one
+
+
+def test_words_follow_the_theme(page, bench, qapp):
+    bench.begin(PLAN)
+    bench.lay("P1")
+    try:
+        for theme in ("dark", "light"):
+            apply_theme(qapp, theme)
+            qapp.processEvents()
+            of = COLOURS[theme]
+            text = QPalette.ColorRole.WindowText
+            assert page.view.verdict.word.palette().color(text) == QColor(of.good)
+            assert page.view.headline.palette().color(text) == QColor(of.words)
+    finally:
+        apply_theme(qapp, "light")

@@ -167,7 +167,7 @@ class PlanPage(QWidget):
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.setWordWrap(True)
         self.file.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self.choose_file = QPushButton(tr("Choose &file…"))
+        self.choose_file = QPushButton(tr("Choose fi&le…"))
         self.ribbon = QLabel()
         self.ribbon.setWordWrap(True)
         self.connect = QPushButton(tr("C&onnect…"))
@@ -176,7 +176,7 @@ class PlanPage(QWidget):
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
         self.calibration.setMinimumContentsLength(14)
-        self.choose_calibration = QPushButton(tr("From a fi&le…"))
+        self.choose_calibration = QPushButton(tr("F&rom a file…"))
         self.like = QComboBox()
         for name in LIKENESSES:
             self.like.addItem(tr(LIKE[name]), name)
@@ -195,10 +195,10 @@ class PlanPage(QWidget):
         self.mark_sigma = LengthBox(units, *SIGMAS, 1e-4)
         self.distance_sigma = LengthBox(units, *SIGMAS, 1e-4)
         self.crossing_sigma = LengthBox(units, *SIGMAS, 1e-4)
-        self.auto = QCheckBox(tr("Take by st&illness, without a key"))
+        self.auto = QCheckBox(tr("Take b&y stillness, without a key"))
         self.auto.setChecked(self._parts.settings.get("capture/auto", True))
-        self.load = QPushButton(tr("L&oad plan…"))
-        self.save = QPushButton(tr("Save &plan…"))
+        self.load = QPushButton(tr("Load pla&n…"))
+        self.save = QPushButton(tr("Save plan…"))
         self.start = QPushButton(tr("&Start capture"))
         self.start.setDefault(True)
         self.start.setMinimumHeight(40)
@@ -225,15 +225,15 @@ class PlanPage(QWidget):
         _row(form, tr("C&alibration"), self.calibration, self.choose_calibration)
         form.addRow(_line())
         _row(form, tr("&Passes"), self.passes)
-        _row(form, tr("Sp&acing"), self.spacing)
-        _row(form, tr("Ti&es across them"), self.ties)
+        _row(form, tr("Spa&cing"), self.spacing)
+        _row(form, tr("T&ies across them"), self.ties)
         _row(form, tr("   crossings read to"), self.crossing_sigma)
         _row(form, tr("&Marks"), self.marks)
         _row(form, tr("   measured to"), self.mark_sigma)
         _row(form, tr("&Distances to the next"), self.distances)
         _row(form, tr("   measured to"), self.distance_sigma)
         form.addRow(_line())
-        _row(form, tr("The object is like"), self.like)
+        _row(form, tr("The object is li&ke"), self.like)
         form.addRow("", self.auto)
         files = QHBoxLayout()
         files.addWidget(self.load)
@@ -520,6 +520,12 @@ class PlanPage(QWidget):
             tr("→ {what}: {rms}", what=one.words, rms=units.text(one.rms))
             for one in forecast.advice
         ]
+        out.append(
+            tr(
+                "Across the passes nothing finer than about {detail} is seen.",
+                detail=units.text(2.0 * self.spacing.metres),
+            )
+        )
         out += forecast.notices[:1]
         source = self._source()
         by = tr("a calibration from {n} poses, as usual", n=source.poses)
