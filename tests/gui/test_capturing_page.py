@@ -191,6 +191,21 @@ def test_passes_change_their_order_by_keys(page, bench, qtbot):
     assert [one.name for one in bench.parts.document.passes] == ["P1", "P2", "P3"]
 
 
+def test_passes_change_their_order_by_dragging(page, bench):
+    bench.begin(PLAN)
+    bench.lay("P1", "P2")
+    lines = page.view.list
+    before = lines.keys
+    lines.insertTopLevelItem(0, lines.takeTopLevelItem(1))
+    lines.dropped(before)
+    assert [one.name for one in bench.parts.document.passes] == ["P2", "P1"]
+    assert lines.keys == ["P2", "P1", "P3", "T1"]
+    before = lines.keys
+    lines.insertTopLevelItem(0, lines.takeTopLevelItem(3))  # a tie that is not taken stays
+    lines.dropped(before)
+    assert lines.keys == ["P2", "P1", "P3", "T1"]
+
+
 def test_a_pass_is_left_out_and_a_note_is_kept(page, bench, qtbot):
     bench.begin(PLAN)
     view = page.view

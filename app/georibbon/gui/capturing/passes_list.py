@@ -129,8 +129,12 @@ class PassesList(QTreeWidget):
         """A line was dragged between others."""
         before = self.keys
         super().dropEvent(event)
+        self.dropped(before)
+
+    def dropped(self, before: list[str]) -> None:
+        """The lines have changed their places since they stood as `before`."""
         after = self.keys
-        self._rows = ()  # the lines are filled anew, wherever they are by now
+        self._rows = ()  # they are filled anew, wherever they are by now
         if after != before and sorted(after) == sorted(before):
             self.reordered.emit(after)
 
