@@ -47,7 +47,8 @@ def texts_of_window() -> Catalog:
     for _file, _line, text, _comments, _context in extract_from_dir(
         str(SOURCES / "gui"), keywords=KEYWORDS
     ):
-        catalogue.add(text)
+        if text:
+            catalogue.add(text)
     return catalogue
 
 
@@ -117,7 +118,8 @@ def merged(catalogue: Catalog, path: Path, language: str) -> Catalog:
     for message in sorted(catalogue, key=_order):
         if message.id:
             there = known.get(message.id)
-            new.add(message.id, string=None if there is None else there.string)
+            alike = there is not None and there.pluralizable == message.pluralizable
+            new.add(message.id, string=there.string if alike else None)
     new.mime_headers[:] = []
     return new
 
