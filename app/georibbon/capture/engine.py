@@ -103,6 +103,15 @@ class Engine:
             return self._fit.update(means.mean, means.sigma)
         return None
 
+    def _fresh_curve(self) -> LiveCurve | None:
+        """The curve by the readings that are taken alone, not by what was shown before."""
+        means = self._monitor.means()
+        if self.calibration is None or means is None:
+            return None
+        with suppress(FitError):
+            return LiveFit(self.ribbon, self.calibration).update(means.mean, means.sigma)
+        return None
+
     # -- readings -----------------------------------------------------------------------
 
     def feed(self, frames: Sequence[Frame]) -> None:
@@ -359,7 +368,7 @@ class Engine:
 
     def _taken_words(self, item: Item, frames: int) -> str:
         words = f"{item.key} is taken ({frames} frames)"
-        curve = None if item.is_pose else self._curve(self._monitor.means())
+        curve = None if item.is_pose else self._fresh_curve()
         if curve is None:
             return words
         verdict = verdict_on(self.ribbon, curve)
