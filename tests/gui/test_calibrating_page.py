@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -319,6 +320,20 @@ def test_a_direction_on_the_sphere_asks_for_its_next_pose(bench):
     assert "0 of 12" in sphere.accessibleDescription()
 
 
+def test_the_fields_directions_are_shown_once_its_dip_is_known(bench, nearly):
+    bench.begin()
+    assert not bench.posing.what.isVisible()
+    bench.click(bench.posing.stop_button)
+    bench.page.shelf.folder.joinpath("sessions").rename(bench.folder / "before")
+    bench.go_on(nearly)
+    assert bench.posing.what.isVisible()
+    gravity = [point.place for point in bench.posing.sphere.points]
+    bench.posing.what.setCurrentIndex(1)
+    field = [point.place for point in bench.posing.sphere.points]
+    assert sum(len(point.keys) for point in bench.posing.sphere.points) == 12
+    assert field != gravity
+
+
 def test_stopping_keeps_what_is_taken_and_it_can_be_gone_on_with(bench):
     bench.begin()
     bench.hands.pose(1)
@@ -380,6 +395,24 @@ def test_before_the_tenth_pose_it_is_told_how_many_are_missing(bench):
     assert not bench.posing.finish_button.isEnabled()
 
 
+def test_a_result_of_fewer_poses_is_not_taken_for_the_end(bench, nearly, monkeypatch):
+    going_on, real = threading.Event(), page_module.calibrate
+
+    def slow(*given, **named):
+        assert going_on.wait(20.0)
+        return real(*given, **named)
+
+    bench.go_on(nearly)
+    monkeypatch.setattr(page_module, "calibrate", slow)
+    bench.hands.pose(12)
+    bench.page._show_quality(bench.page._found)  # that of the eleven poses
+    assert bench.shown() is bench.posing
+    going_on.set()
+    bench.settle()
+    assert bench.shown() is bench.page.done
+    assert bench.page._found.quality.poses == 12
+
+
 def test_a_wrong_hemisphere_is_refused_with_the_remedy(bench, nearly):
     place = bench.page.start.place
     place.setCurrentIndex(place.findData("south"))
@@ -436,6 +469,17 @@ def test_what_is_made_is_named_kept_and_used(bench, nearly):
     assert isinstance(seen.args[0], Calibration)
     assert not bench.hands.desk.active
     assert [one.name for one in bench.page.start.kept.kept] == ["bench 3"]
+
+
+def test_going_away_from_a_kept_one_frees_the_ribbon(bench, nearly):
+    bench.go_on(nearly)
+    bench.click(bench.posing.finish_button)
+    bench.page.left()
+    assert bench.hands.desk.active  # nothing is kept yet
+    bench.click(bench.page.done.keep_button)
+    bench.page.left()
+    assert not bench.hands.desk.active
+    assert bench.shown() is bench.page.start
 
 
 def test_using_it_keeps_it_first(bench, nearly):

@@ -451,6 +451,6 @@ def _reason(
     if names:
         more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
         who = ", ".join(names[:MOST_LISTED]) + more
-        end = "calibrate again, or switch off" if verdict == "calibrate" else "calibrate soon;"
-        return f"{end} {who}: up to {worst:.1f}° off"
+        when = "again" if verdict == "calibrate" else "soon"
+        return f"{who} off by up to {worst:.1f}°: calibrate {when}, or switch off what is named"
     return f"all sensors agree with the calibration to {worst:.2f}° over {len(asked.names)} poses"

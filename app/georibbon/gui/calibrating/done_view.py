@@ -143,7 +143,7 @@ class DoneView(QWidget):
             tr("{value}°", value=f"{one.tilt:.2f}"),
             tr("{value}°", value=f"{one.heading:.2f}"),
             f"{one.bias:.1f} {unit}",
-            tr("{value} %", value=f"{one.scale:+.2f}"),
+            tr("{value} %", value=f"{round(one.scale, 2) + 0.0:+.2f}"),
         )
         for column, text in enumerate(texts):
             item = QTableWidgetItem(text)

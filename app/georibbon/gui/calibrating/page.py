@@ -115,8 +115,11 @@ class CalibrationPage(QWidget):
             self._show_start()
 
     def left(self) -> None:
-        """It goes out of sight; what goes on goes on."""
+        """It goes out of sight; what is not finished goes on."""
         self._sounds.end()
+        if self._ours and self._kept is not None and self._kept.calibration is self._found:
+            self._desk.end()  # it is made and kept: the ribbon is free for a capture
+            self._show_start()
 
     def end(self) -> None:
         """Wait for what is computed; nothing is done after it."""
@@ -364,6 +367,7 @@ class CalibrationPage(QWidget):
         if ribbon is None or calibration.quality is None:
             return
         self._found = calibration
+        self.posing.show_dip(calibration.dip)
         planned = self.posing.planned()
         self.posing.progress.judge(planned, calibration.notices)
         self.posing.show_standing()
@@ -372,7 +376,8 @@ class CalibrationPage(QWidget):
         for panel in (self.posing.quality, self.done.quality):
             panel.show_quality(calibration, expected, told)
         cards = self.posing.cards
-        if self._ours and cards and all(card.state in ("good", "skipped") for card in cards):
+        all_good = bool(cards) and all(card.state in ("good", "skipped") for card in cards)
+        if self._ours and all_good and not self._judge.busy:  # what comes next may say otherwise
             self._show_done()
 
     def _told(self, calibration: Calibration) -> list[str]:

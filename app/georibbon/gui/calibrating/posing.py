@@ -3,6 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
+    QComboBox,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -65,7 +66,13 @@ class PosingView(QWidget):
         self.finish_button = _button(tr("&Finish…"), tr("See how good it is, name it and keep it"))
         self.finish_button.setEnabled(False)
         self.auto = QCheckBox(tr("Take by &stillness"))
+        self.auto.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.auto.setToolTip(tr("What lies still as asked is taken by itself"))
+        self.what = QComboBox()
+        self.what.addItems([tr("Directions of gravity"), tr("Directions of the field")])
+        self.what.setAccessibleName(tr("Which directions are shown"))
+        self.what.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self._dip: float | None = None
         self._connect()
         self._lay_out()
 
@@ -82,6 +89,7 @@ class PosingView(QWidget):
         self.auto.clicked.connect(self._desk.set_auto)
         self.grid.asked.connect(self._desk.choose)
         self.sphere.asked.connect(self._desk.choose)
+        self.what.currentIndexChanged.connect(self.show_standing)
 
     def _lay_out(self) -> None:
         top = QHBoxLayout()
@@ -93,8 +101,11 @@ class PosingView(QWidget):
         column.setContentsMargins(0, 0, 6, 0)
         column.addWidget(self.grid, 2)
         column.addWidget(self.check, 3)
+        directions = QVBoxLayout()
+        directions.addWidget(self.what, 0, Qt.AlignmentFlag.AlignLeft)
+        directions.addWidget(self.sphere, 1)
         figures = QHBoxLayout()
-        figures.addWidget(self.sphere, 1)
+        figures.addLayout(directions, 1)
         figures.addWidget(self.quality, 1)
         buttons = QHBoxLayout()
         buttons.addWidget(self.auto, 1)
@@ -134,6 +145,7 @@ class PosingView(QWidget):
         else:
             self.quality.show_nothing(0)
         self.live.tell("open", "")
+        self.show_dip(None)
         self.show_standing()
         if self.grid.buttons:
             self.grid.buttons[0].setFocus(Qt.FocusReason.OtherFocusReason)
@@ -143,7 +155,8 @@ class PosingView(QWidget):
         desk = self._desk
         self.cards = cards(desk.items, desk.current, self.progress, self._keys)
         self.grid.show_cards(self.cards)
-        self.sphere.show_cards(self.cards)
+        field = self.what.currentIndex() == 1
+        self.sphere.show_cards(self.cards, self._dip if field else None)
         asked = self.asked
         self.live.show_card(asked, tr("All poses are taken") if self.cards else "")
         for one in (self.take_button, self.skip_button):
@@ -155,6 +168,13 @@ class PosingView(QWidget):
         if poses:
             self.quality.show_covered(covered(poses, taken))
         self.quality.show_progress(done(self.cards), len(self.cards), False)
+
+    def show_dip(self, dip: float | None) -> None:
+        """Take up the field's dip, radians; without it nobody knows where the field pointed."""
+        self._dip = dip
+        self.what.setVisible(dip is not None)
+        if dip is None:
+            self.what.setCurrentIndex(0)
 
     @property
     def asked(self) -> Card | None:
@@ -198,7 +218,8 @@ class PosingView(QWidget):
             found = lying(identity.ribbon, frames, None if asked is None else asked.pose)
         heading = 0.0 if asked is None else asked.pose.heading
         self.live.show_live(found, heading, self._stillness)
-        self.sphere.show_live(None if found is None else found.up)
+        shown = found is not None and self.what.currentIndex() == 0
+        self.sphere.show_live(found.up if shown else None)
 
     def take(self) -> None:
         """Take the pose that is asked for."""

@@ -12,7 +12,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
-from georibbon.calibration.directions import directions_of_gravity
+from georibbon.calibration.directions import directions_of_field, directions_of_gravity
 from georibbon.gui.calibrating.signs import paint_sign
 from georibbon.gui.calibrating.state import Card
 from georibbon.gui.calibrating.words import pose_name
@@ -46,10 +46,10 @@ def place_of(up) -> tuple[int, tuple[float, float]]:
     return (0 if z >= -1e-6 else 1), (x * share, y * share)
 
 
-def points_of(cards: Sequence[Card]) -> list[Point]:
-    """The points of all poses; those that differ by their heading alone are one."""
+def points_of(cards: Sequence[Card], dip: float | None = None) -> list[Point]:
+    """The points of all poses, of gravity, or of a field with a dip; those at one place are one."""
     asked = [(c.pose.roll, c.pose.heading, c.pose.pitch, c.pose.table) for c in cards]
-    ups = directions_of_gravity(asked)
+    ups = directions_of_gravity(asked) if dip is None else directions_of_field(asked, dip)
     groups: list[list[int]] = []
     for i, up in enumerate(ups):
         near = next((g for g in groups if ups[g[0]] @ up > np.cos(SAME)), None)
@@ -72,7 +72,10 @@ def points_of(cards: Sequence[Card]) -> list[Point]:
 
 
 class SphereView(QWidget):
-    """The directions of gravity in the ribbon's frame.  asked(key): a point was clicked."""
+    """The directions of gravity, or of the field, in the ribbon's frame.
+
+    asked(key): a point was clicked.
+    """
 
     asked = Signal(str)
 
@@ -89,9 +92,9 @@ class SphereView(QWidget):
         """Two discs."""
         return QSize(360, 190)
 
-    def show_cards(self, cards: Sequence[Card]) -> None:
-        """Show the directions of these poses."""
-        self.points = points_of(cards)
+    def show_cards(self, cards: Sequence[Card], dip: float | None = None) -> None:
+        """Show the directions of these poses: of gravity, or of a field with a dip (radians)."""
+        self.points = points_of(cards, dip)
         covered = sum(point.taken == len(point.keys) for point in self.points)
         self.setAccessibleDescription(
             tr("{covered} of {all} directions are covered", covered=covered, all=len(self.points))
