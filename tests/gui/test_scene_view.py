@@ -355,14 +355,14 @@ def test_another_result_is_shown_in_the_scene_that_is_there(full):
 
 
 @pytest.mark.parametrize("mode", [one for one in COLOURINGS if one != "uncertainty"])
-def test_every_colouring_changes_the_picture_and_back(full, mode):
-    before = full.image()
-    full.set_deviation(1e-3 * RESULT.surface.mesh.vertices[:, 1], "from A")
-    full.set_colouring(mode)
-    assert full.colouring == mode
-    assert differ(before, full.image()) > 0.05 or mode == "normal"  # no grid: nothing to show
-    full.set_colouring("uncertainty")
-    assert differ(before, full.image()) < 0.001
+def test_every_colouring_changes_the_picture_and_back(from_above, mode):
+    before = from_above.image()
+    from_above.set_deviation(1e-3 * RESULT.surface.mesh.vertices[:, 1], "from A")
+    from_above.set_colouring(mode)
+    assert from_above.colouring == mode
+    assert differ(before, from_above.image()) > 0.05 or mode == "normal"  # no grid: nothing to show
+    from_above.set_colouring("uncertainty")
+    assert differ(before, from_above.image()) < 0.001
 
 
 def test_what_there_is_not_cannot_be_asked_for(full):
@@ -389,24 +389,23 @@ def test_a_fixed_range_stays_with_its_colouring(full, qtbot):
     assert full.range() == pytest.approx(automatic)
 
 
-def test_parts_can_be_hidden_and_shown(full):
-    before = full.image()
-    full.set_shown("surface", False)
-    assert share(full.image()) < 0.6 * share(before)
-    assert not full.is_shown("surface")
-    full.set_shown("surface", True)
-    assert differ(before, full.image()) < 0.001
+def test_parts_can_be_hidden_and_shown(from_above):
+    before = from_above.image()
+    from_above.set_shown("surface", False)
+    assert share(from_above.image()) < 0.6 * share(before)
+    assert not from_above.is_shown("surface")
+    from_above.set_shown("surface", True)
+    assert differ(before, from_above.image()) < 0.001
 
 
 def test_while_it_moves_edges_are_rough_and_smooth_when_it_rests(full, qtbot):
-    full.repaint()
-    rough = []
+    qtbot.waitUntil(lambda: not full._altered)
     for _ in range(3):
         qtbot.keyClick(full, Qt.Key.Key_Left)
-        full.repaint()
-        rough.append(full._stage.scene.renderer.GetUseFXAA())
-    assert not rough[-1]
-    qtbot.waitUntil(lambda: full._stage.scene.renderer.GetUseFXAA())
+        qtbot.waitUntil(lambda: not full._altered, timeout=20000)
+    renderer = full._stage.scene.renderer
+    assert not renderer.GetUseFXAA()
+    qtbot.waitUntil(renderer.GetUseFXAA, timeout=20000)
 
 
 def test_two_views_look_from_one_place(full, qtbot):
@@ -459,11 +458,13 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
-def from_above(full):
-    """The view from above, where x grows to the right and y upwards."""
-    full.standard_view("top")
-    full.image()
-    return full
+def from_above(qtbot):
+    """A view from above, where x grows to the right and y upwards."""
+    view = shown(ImageView(), qtbot)
+    view.show_scene(RESULT)
+    view.standard_view("top")
+    view.image()
+    return view
 
 
 def test_a_click_with_the_point_tool_tells_of_the_place(from_above, qtbot):
@@ -517,16 +518,16 @@ def test_a_section_without_a_plane_is_answered_in_words(from_above, qtbot):
     qtbot.waitUntil(lambda: any("determine no plane" in hint for hint in hints))
 
 
-def test_with_a_tool_a_drag_still_turns_and_picks_nothing(from_above, qtbot):
-    from_above.set_tool("point")
+def test_with_a_tool_a_drag_still_turns_and_picks_nothing(full, qtbot):
+    full.set_tool("point")
     picks = []
-    from_above.picked.connect(picks.append)
-    before = from_above.image()
-    qtbot.mousePress(from_above, LEFT, pos=MIDDLE)
-    qtbot.mouseMove(from_above, MIDDLE + QPoint(30, 10))
-    qtbot.mouseMove(from_above, MIDDLE + QPoint(60, 20))
-    qtbot.mouseRelease(from_above, LEFT, pos=MIDDLE + QPoint(60, 20))
-    assert differ(before, from_above.image()) > 0.05
+    full.picked.connect(picks.append)
+    before = full.image()
+    qtbot.mousePress(full, LEFT, pos=MIDDLE)
+    qtbot.mouseMove(full, MIDDLE + QPoint(30, 10))
+    qtbot.mouseMove(full, MIDDLE + QPoint(60, 20))
+    qtbot.mouseRelease(full, LEFT, pos=MIDDLE + QPoint(60, 20))
+    assert differ(before, full.image()) > 0.05
     assert picks == []
 
 

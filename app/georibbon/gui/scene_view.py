@@ -126,7 +126,8 @@ class _View:
     _drawing: CaptureDrawing | None = None
     _parallel = False
     _ratio = 0.0
-    _painted = -_MOVING  # when it was drawn after the last change
+    _painted = -_MOVING  # when it was drawn after the last change, and how long that took
+    _began = _took = 0.0
     _altered = _rough = False
 
     def _prepare(self) -> None:
@@ -271,13 +272,19 @@ class _View:
 
     def _fine(self) -> bool:
         """Whether the picture that is drawn now has time for smooth edges: nothing moves."""
+        now = monotonic()
         if self._altered:
-            now = monotonic()
-            self._rough = now - self._painted < _MOVING
-            self._painted, self._altered = now, False
+            self._rough = now - self._painted < max(_MOVING, 2.0 * self._took)
+        self._began = now
+        return not self._rough
+
+    def _drawn(self) -> None:
+        """A picture was drawn: what changes soon after it moves."""
+        if self._altered:
+            self._altered, self._painted = False, monotonic()
+            self._took = self._painted - self._began
             if self._rough:
                 self._resting.start()
-        return not self._rough
 
     def _rest(self) -> None:
         """Nothing moves any more: draw it again, with smooth edges."""
@@ -529,6 +536,7 @@ class SceneView(_View, QOpenGLWidget):
         state.vtkglDepthFunc(_DEPTH_LESS_OR_EQUAL)  # Qt leaves another one
         drawn = self._stage.draw(self._fine())
         state.Pop()
+        self._drawn()
         window.SetReadyForRendering(False)
         return drawn
 
@@ -604,6 +612,7 @@ class ImageView(_View, QWidget):
         if self._stage is not None and self._stage.draw(self._fine()):
             from georibbon.scene.offscreen import pixels
 
+            self._drawn()
             image = _image(pixels(self._stage.window), ratio)
         return image
 
