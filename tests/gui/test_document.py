@@ -260,10 +260,20 @@ def test_settings_are_reset_in_one_step_and_by_name(document, session, qtbot):
     ):
         changed(document, qtbot, lambda of=of: document.reset_settings(**of))
         assert len(document.values) == left
+        opened(document, session, qtbot)  # the history is in the file
         assert document.undoable == words
         changed(document, qtbot, document.undo)
         assert document.values == chosen
         assert document.redoable == words
+
+
+def test_a_reset_leaves_what_is_of_another_program(document, session, qtbot):
+    with Session.open(session) as other:
+        other.do("setting", **{"pass": "*", "key": "colour", "value": "blue"})
+    opened(document, session, qtbot)
+    changed(document, qtbot, lambda: document.set_setting("P1", "weight", 2.0))
+    changed(document, qtbot, document.reset_settings)
+    assert document.values == {("*", "colour"): "blue"}
 
 
 def test_a_bad_value_of_another_program_is_told_once_and_left_out(document, session, qtbot):

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from georibbon.errors import SessionError, SettingsError
 from georibbon.fitting.settings import ReconstructionSettings
 from georibbon.geometry.settings import SurfaceSettings
-from georibbon.session.actions import setting_in_words
+from georibbon.session.actions import setting_in_words, settings_in_words
+from georibbon.session.session import Session
 from georibbon.session.settings import (
     BY_PASS,
     KEYS,
@@ -121,3 +122,65 @@ def test_anything_is_read_or_told(values):
     settings, wrong = sound_settings(values, ["P1"])
     assert isinstance(settings, ReconstructionSettings)
     assert all(isinstance(one, str) for one in wrong)
+
+
+@pytest.fixture
+def session(tmp_path):
+    with Session.create(tmp_path / "plain.georibbon") as made:
+        yield made
+
+
+def change(whose, key, value):
+    return {"pass": whose, "key": key, "value": value}
+
+
+def test_several_settings_are_one_step_of_undo(session):
+    session.do("setting", **change("P1", "weight", 2))
+    changes = [
+        change("P1", "weight", None),
+        change("P2", "smoothing", 0.1),
+        change("*", "surface.direction", "chord"),
+    ]
+    session.do("settings", changes=changes)
+    after = {("P2", "smoothing"): 0.1, ("*", "surface.direction"): "chord"}
+    assert session.state.settings == after
+    assert session.undo() == "the settings of all passes"
+    assert session.state.settings == {("P1", "weight"): 2}
+    assert session.redo() == "the settings of all passes"
+    assert session.state.settings == after
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (None, "a list of settings is expected"),
+        ([], "a list of settings is expected"),
+        ({"pass": "P1"}, "a list of settings is expected"),
+        ([3], "pass"),
+        ([change("P1", "weight", 2), {"pass": "P1", "key": "weight"}], "value"),
+        ([{**change("P1", "weight", 2), "more": 1}], "more"),
+        ([change("P1", 7, 2)], "key"),
+        ([change("P1", f"key {k}", 2) for k in range(20_000)], "a session keeps at most"),
+    ],
+)
+def test_odd_changes_are_refused_and_nothing_is_changed(session, changes, words):
+    with pytest.raises(SessionError) as caught:
+        session.do("settings", changes=changes)
+    assert words in str(caught.value)
+    assert session.state.settings == {}
+    assert session.state.undoable is None
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ([("P1", "trim")], "the trimmed ends of pass P1"),
+        ([("P1", "trim"), ("P2", "trim")], "the trimmed ends of all passes"),
+        ([("P1", "trim"), ("P1", "weight")], "the settings of pass P1"),
+        ([("*", "surface.lengths"), ("*", "surface.interior")], "the settings of the surface"),
+        ([("*", "surface.lengths"), ("P1", "weight")], "the settings of all passes"),
+        ([("*", "method"), ("*", "neighbours")], "the settings of all passes"),
+    ],
+)
+def test_several_settings_in_words(places, words):
+    assert settings_in_words(places) == words

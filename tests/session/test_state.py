@@ -252,6 +252,7 @@ DETAILS = {
     "pass": RUN | {"part": 5}, "remove": {"pass": "P1"}, "order": {"passes": ["P1"]},
     "skip": {"pass": "P1"}, "survey": {"mark": [MARK], "distance": [], "crossing": []},
     "setting": {"pass": "*", "key": "a", "value": 1}, "calibration": {"document": DOCUMENT},
+    "settings": {"changes": [{"pass": "P1", "key": "a", "value": [1, 2]}]},
     "note": {"text": "x", "pass": "P1"}, "undo": {"of": 3}, "redo": {"of": 3},
     "stream": {"part": 5, "rate": 9.0}, "link": {"state": "x", "reason": "y"},
     "recovered": {"to": TIME, "frames": 1}, "moved": {"from": "x"}, "closed": {"frames": 1},

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from georibbon.calibration.serial import check_fits, to_dict
-from georibbon.session.actions import setting_in_words
+from georibbon.session.actions import settings_in_words
 from georibbon.session.restoring import recording_of
 from georibbon.session.session import Session
-from georibbon.session.settings import BY_PASS, SURFACE, Values
+from georibbon.session.settings import Values
 from georibbon.session.source import CALIBRATION, KEPT, calibration_of, folder_of
 
 if TYPE_CHECKING:
@@ -110,18 +110,6 @@ def open_source(path: Path) -> Opened:
     return ReadOnlySession(session) if session.read_only else OpenedSession(session)
 
 
-def in_words(changes: Changes) -> str:
-    """What a change of settings is called."""
-    keys, of = {key for _, key in changes}, {whose for whose, _ in changes}
-    if len(changes) == 1:
-        return setting_in_words(*next(iter(changes)))
-    if len(keys) == 1 and keys <= set(BY_PASS):
-        return setting_in_words("*", keys.pop())
-    if all(key.startswith(SURFACE) for key in keys):
-        return "the settings of the surface"
-    return "the settings of all passes" if len(of) > 1 else f"the settings of pass {of.pop()}"
-
-
 class Edits:
     """Settings that are kept in memory alone, with their undo."""
 
@@ -139,7 +127,7 @@ class Edits:
         return self._undone[-1][0] if self._undone else None
 
     def change(self, changes: Changes) -> None:
-        self._change(in_words(changes), changes)
+        self._change(settings_in_words(list(changes)), changes)
 
     def use_calibration(self, calibration: "Calibration | None") -> None:
         self._change(CALIBRATED, {("*", CALIBRATION): calibration})
@@ -310,12 +298,13 @@ class OpenedSession(_OfSession):
         return step[1] if step else state.redoable
 
     def change(self, changes: Changes) -> None:
-        events = [
-            self.session.do("setting", **{"pass": whose, "key": key, "value": value})
-            for (whose, key), value in changes.items()
+        listed = [
+            {"pass": whose, "key": key, "value": value} for (whose, key), value in changes.items()
         ]
-        if len(events) > 1:
-            self._steps.append((frozenset(one.id for one in events), in_words(changes)))
+        if len(listed) == 1:
+            self.session.do("setting", **listed[0])
+        else:
+            self.session.do("settings", changes=listed)
 
     def use_calibration(self, calibration: "Calibration | None") -> None:
         session, events = self.session, []

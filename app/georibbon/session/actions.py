@@ -1,6 +1,6 @@
 """Events in words, for a person."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from georibbon.session.events import EVERY_PASS, Event
 from georibbon.session.words import told
@@ -33,6 +33,26 @@ def setting_in_words(whose: str, key: str) -> str:
         return _OF_ALL[key]
     of = "all passes" if whose == EVERY_PASS else f"pass {whose}"
     return f"the {_OF_PASS.get(key, key)} of {of}"
+
+
+def _settings(detail: Detail) -> str:
+    changes = detail.get("changes")
+    listed = [one for one in changes if isinstance(one, dict)] if isinstance(changes, list) else []
+    return settings_in_words([(_plain(one.get("pass")), _plain(one.get("key"))) for one in listed])
+
+
+def settings_in_words(places: Sequence[tuple[str, str]]) -> str:
+    """Settings by whose and key, such as "the smoothing of all passes"."""
+    if len(places) == 1:
+        return setting_in_words(*places[0])
+    keys = sorted({key for _, key in places})
+    passes = sorted({whose for whose, _ in places})
+    if len(keys) == 1:
+        return setting_in_words(EVERY_PASS, keys[0])
+    if keys and all(key.startswith("surface.") for key in keys):
+        return "the settings of the surface"
+    one = len(passes) == 1 and passes[0] != EVERY_PASS
+    return f"the settings of pass {passes[0]}" if one else "the settings of all passes"
 
 
 def _link(detail: Detail) -> str:
@@ -69,6 +89,7 @@ _WORDS: dict[str, str | Callable[[Detail], str]] = {
     "remove": lambda detail: f"the removal of {_named(detail)}",
     "skip": lambda detail: f"skipping {_named(detail)}",
     "setting": _setting,
+    "settings": _settings,
     "note": lambda detail: f"the note {told(detail.get('text'))}",
     "undo": lambda detail: f"undoing of event {_plain(detail.get('of'))}",
     "redo": lambda detail: f"redoing of event {_plain(detail.get('of'))}",

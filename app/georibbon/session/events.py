@@ -16,6 +16,7 @@ degrees; the fields named as in `recording.toml` are those of its tables):
     skip         {"pose": key} or {"pass": name}: it will not be captured
     survey       {"mark", "distance", "crossing"}: the whole survey
     setting      {"pass": name or "*", "key", "value"}: null takes the setting back
+    settings     {"changes": several such}: in one step
     calibration  {"document": a calibration file's, or null}
     note         {"text"} and perhaps {"pass": name}
     undo, redo   {"of": id}: the last event that can be, taken back or done again
@@ -37,7 +38,7 @@ from georibbon.session.words import told
 
 UNDOABLE = frozenset(
     ("title", "workpiece", "plan", "pose", "pass", "remove", "order", "skip", "survey", "setting",
-     "calibration", "note")
+     "settings", "calibration", "note")
 )  # fmt: skip
 ACTIONS = UNDOABLE | frozenset(
     ("created", "ribbon", "undo", "redo", "stream", "link", "opened", "closed", "recovered",

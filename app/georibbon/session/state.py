@@ -331,6 +331,18 @@ def _setting(state: SessionState, event: Event, source: Source) -> Change:
     return {"settings": others if value is None else others | {name: value}}
 
 
+def _settings(state: SessionState, event: Event, source: Source) -> Change:
+    changes = event.detail.get("changes")
+    if not isinstance(changes, list) or len(event.detail) != 1 or not changes:
+        source.refuse("the changes of the settings are missing; a list of settings is expected")
+    _check_number(len(changes), source)
+    for one in changes:
+        detail = one if isinstance(one, dict) else {}
+        change = _setting(state, dataclasses.replace(event, detail=detail), source)
+        state = dataclasses.replace(state, **change)
+    return {"settings": state.settings}
+
+
 def _calibration(state: SessionState, event: Event, source: Source) -> Change:
     table = _table(event.detail, source, "calibration", "document")
     if _null(table, "document"):
@@ -373,6 +385,7 @@ _CHANGES: dict[str, Callable[[SessionState, Event, Source], Change]] = {
     "skip": _skip,
     "survey": _survey,
     "setting": _setting,
+    "settings": _settings,
     "calibration": _calibration,
     "note": _note,
     "stream": _stream,
