@@ -110,19 +110,26 @@ def test_another_unit_draws_all_anew(panel, parts):
     assert low < 0 < PASSES["P1"].strip.s[-1] / 0.0254 < high < 45
 
 
-def test_every_quantity_can_be_chosen_by_the_keys(panel, qtbot, parts):
+def test_quantities_are_chosen_by_the_keys_and_kept(panel, qtbot, parts):
     panel.choice.setFocus()
     for row in range(panel.choice.count()):
         item = panel.choice.item(row)
-        if item.flags() & Qt.ItemFlag.ItemIsUserCheckable:
+        if item.data(Qt.ItemDataRole.UserRole) in ("curvature", "torsion", "magnetometer-y"):
             before = item.checkState()
             panel.choice.setCurrentRow(row)
             qtbot.keyClick(panel.choice, Qt.Key.Key_Space)
             assert item.checkState() != before
-    rest = [one.id for one in QUANTITIES if one.id not in ("curvature", "sigma")]
-    assert panel.quantities == rest
-    assert all(drawn(panel)[name] for name in rest if name != "magnetometer-z")
-    assert CurvePanel(parts).quantities == rest  # kept
+    assert panel.quantities == ["torsion", "sigma", "magnetometer-y"]
+    again = CurvePanel(parts)
+    qtbot.addWidget(again)
+    assert again.quantities == panel.quantities
+
+
+def test_every_quantity_is_drawn(panel):
+    every = [one.id for one in QUANTITIES]
+    panel.show_quantities(every)
+    assert panel.quantities == every
+    assert all(drawn(panel)[name] for name in every if name != "magnetometer-z")
 
 
 def test_tangents_and_positions_are_those_of_the_strip(panel):

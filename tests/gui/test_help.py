@@ -19,13 +19,8 @@ from georibbon.gui.theme import palette
 
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)]*)\)")
 PAGES = {language: read_manual(language, action_rows()) for language in ("en", "fr")}
-EVERY = [(language, page) for language, pages in PAGES.items() for page in pages]
-
-
-@pytest.fixture(params=EVERY, ids=[f"{language}-{page.topic}" for language, page in EVERY])
-def page(request):
-    """(language, page) of every page."""
-    return request.param
+# (language, page) of all that are written, not made.
+WRITTEN = [(name, one) for name, pages in PAGES.items() for one in pages if one.topic != "keyboard"]
 
 
 def test_there_is_a_page_of_every_topic():
@@ -36,25 +31,33 @@ def test_there_is_a_page_of_every_topic():
     assert len(set(titles)) == len(titles)
 
 
-def test_every_link_leads_to_a_section_that_is_there(page):
-    language, one = page
-    known = {other.topic: other for other in PAGES[language]}
-    for link in LINK.findall(one.text):
-        if one.topic == "keyboard":
-            continue
-        place = target(link)
-        assert place is not None, link
-        topic, section = place
-        there = {slug(name) for name in known[topic or one.topic].sections}
-        assert not section or section in there, link
+def test_every_link_leads_to_a_section_that_is_there():
+    followed = 0
+    for language, one in WRITTEN:
+        known = {other.topic: other for other in PAGES[language]}
+        for link in LINK.findall(one.text):
+            place = target(link)
+            assert place is not None, (language, one.topic, link)
+            topic, section = place
+            there = {slug(name) for name in known[topic or one.topic].sections}
+            assert not section or section in there, (language, one.topic, link)
+            followed += 1
+    assert followed >= 20
 
 
-def test_pages_hold_no_markup_of_another_kind(page):
-    _, one = page
-    if one.topic != "keyboard":
-        assert not re.search(r"<[a-zA-Z/!]|https?:", one.text)
+def test_pages_hold_no_markup_of_another_kind():
+    for language, one in WRITTEN:
+        where = (language, one.topic)
+        assert not re.search(r"<[a-zA-Z/!]|https?:", one.text), where
         for picture in re.findall(r"^.*!\[.*$", one.text, re.MULTILINE):
-            assert manual._PICTURE.fullmatch(picture), picture
+            assert manual._PICTURE.fullmatch(picture), (*where, picture)
+
+
+def test_a_page_has_the_same_sections_and_pictures_in_every_language():
+    for english, french in zip(*(PAGES[language] for language in ("en", "fr")), strict=True):
+        assert len(english.sections) == len(french.sections), english.topic
+        pictures = [re.findall(r"pictures/[a-z-]+", one.text) for one in (english, french)]
+        assert pictures[0] == pictures[1], english.topic
 
 
 def test_the_keys_of_every_action_are_listed():
@@ -66,15 +69,10 @@ def test_the_keys_of_every_action_are_listed():
         assert manual._cell(tip) in text
 
 
-@pytest.mark.parametrize(
-    "link",
-    ["https://example.org", "file:///etc/passwd", "../../x.md", "nowhere.md", "start", "start.txt"],
-)
-def test_a_link_that_leads_out_leads_nowhere(link):
-    assert target(link) is None
-
-
-def test_links_within():
+def test_links_lead_within_or_nowhere():
+    for link in ("https://example.org", "file:///etc/passwd", "../../x.md", "nowhere.md", "start"):
+        assert target(link) is None
+    assert target("start.txt") is None
     assert target("capture.md") == ("capture", "")
     assert target("capture.md#plan") == ("capture", "plan")
     assert target("#plan") == ("", "plan")
