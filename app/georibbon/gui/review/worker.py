@@ -1,9 +1,8 @@
 """Work beside the window that says what came of it in a sentence."""
 
 from collections.abc import Callable
-from contextlib import suppress
 
-from PySide6.QtCore import QCoreApplication, QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
 from georibbon.errors import GeoribbonError
 
@@ -19,8 +18,13 @@ class _Job(QRunnable):
             result, error = self._work(), None
         except Exception as raised:
             result, error = None, raised
-        with suppress(RuntimeError):  # who asked is gone
-            self._done(self._number, result, error)
+        self._done(self._number, result, error)
+
+
+class _Relay(QObject):
+    """Takes results to the main thread; a job can tell it also when who asked is gone."""
+
+    finished = Signal(int, object, object)
 
 
 class Worker(QObject):
@@ -33,7 +37,6 @@ class Worker(QObject):
     done = Signal(object)
     failed = Signal(str)
     fault = Signal(object)
-    _finished = Signal(int, object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -41,8 +44,10 @@ class Worker(QObject):
         self._pool.setMaxThreadCount(1)
         self._running = 0  # the number of what is done now, and wanted
         self._number = 0
+        self._ended = False
         self._waiting: Callable[[], object] | None = None
-        self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self._relay = _Relay()
+        self._relay.finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
         self.destroyed.connect(self._pool.waitForDone)
 
     @property
@@ -52,22 +57,24 @@ class Worker(QObject):
 
     def ask(self, work: Callable[[], object]) -> None:
         """Have work done, after what is done now and in the place of what waits."""
+        if self._ended:
+            return
         if self._running:
             self._waiting = work
             return
         self._number += 1
         self._running = self._number
-        self._pool.start(_Job(self._number, work, self._finished.emit))
+        self._pool.start(_Job(self._number, work, self._relay.finished.emit))
 
     def forget(self) -> None:
         """Deliver nothing of what was asked for so far."""
         self._running, self._waiting = 0, None
 
     def end(self) -> None:
-        """Wait for what is being done, and deliver nothing of it."""
+        """Wait for what is being done, and deliver nothing of it; nothing is done after it."""
+        self._ended = True
         self.forget()
         self._pool.waitForDone()
-        QCoreApplication.removePostedEvents(self)
 
     @Slot(int, object, object)
     def _deliver(self, number: int, result: object, error: Exception | None) -> None:
