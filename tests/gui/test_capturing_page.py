@@ -345,6 +345,34 @@ def test_without_a_calibration_the_poses_come_first(page, bench):
     assert "calibration" in view.hints.text()
 
 
+def test_a_calibration_that_goes_on_is_left_to_its_own_page(page, bench, monkeypatch):
+    played = []
+    monkeypatch.setattr(page.view.sounds, "play", played.append)
+    bench.parts.capture.begin(bench.folder / "c.georibbon", CapturePlan(poses=12, passes=0))
+    assert page.stack.currentWidget() is page.plan
+    assert not page.plan.start.isEnabled()
+    assert "calibration goes on" in page.plan.problem.text()
+    bench.do("lift", seconds=0.7)
+    bench.do("pose 1", seconds=2.5)
+    page.take()
+    assert played == []
+    bench.parts.capture.end()
+    assert page.plan.start.isEnabled()
+
+
+def test_what_is_taken_and_refused_is_heard(page, bench, monkeypatch):
+    played = []
+    monkeypatch.setattr(page.view.sounds, "play", played.append)
+    bench.begin(CapturePlan(poses=0, passes=1))
+    bench.do("lift", seconds=0.5)
+    page.take()
+    assert played == ["refused"]
+    assert page.view.ask.light == "poor"
+    bench.lay("P1")
+    assert played == ["refused", "taken", "complete"]
+    assert page.view.ask.light == "good"
+
+
 @pytest.mark.parametrize(
     ("planned", "taken", "after", "order"),
     [

@@ -6,7 +6,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from georibbon.gui.capturing.capturing_view import CapturingView
-from georibbon.gui.capturing.model import CaptureModel
+from georibbon.gui.capturing.model import CaptureModel, is_calibration
 from georibbon.gui.capturing.plan_page import PlanPage
 from georibbon.gui.parts import Parts
 
@@ -46,7 +46,6 @@ class CapturePage(QWidget):
         parts.capture.stood.connect(self._take_layout)
         if parts.capture.active:
             self.model.begin()
-            self.view.begin()
             self._begin()
 
     def make_scene(self) -> QWidget:
@@ -76,6 +75,9 @@ class CapturePage(QWidget):
             self.plan.use_calibration(calibration, name)
 
     def _begin(self) -> None:
+        if is_calibration(self._parts.capture):
+            return
+        self.view.begin()
         self.plan.follow(self._parts.capture.plan)
         self._show_capture()
 
@@ -93,7 +95,7 @@ class CapturePage(QWidget):
     # What the window's actions do; nothing as long as no capture goes on
 
     def _do(self, name: str) -> None:
-        if self._parts.capture.active:
+        if self._parts.capture.active and not is_calibration(self._parts.capture):
             getattr(self.view, name)()
 
     def take(self) -> None:

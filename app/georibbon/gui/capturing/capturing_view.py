@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 from georibbon.gui import dialogs
 from georibbon.gui.calibrating.live import StillnessRing
 from georibbon.gui.capturing.board import Banner, Board, VerdictBoard, Words
-from georibbon.gui.capturing.model import CaptureModel, LivePicture
+from georibbon.gui.capturing.model import CaptureModel, LivePicture, is_calibration
 from georibbon.gui.capturing.passes_list import PassesList
-from georibbon.gui.capturing.sound import Sounds
+from georibbon.gui.capturing.sound import Sound, Sounds
 from georibbon.gui.capturing.survey_table import SurveyTable
 from georibbon.gui.capturing.words import (
     beside_words,
@@ -188,7 +188,6 @@ class CapturingView(QWidget):
         capture.happened.connect(self._happened)
         capture.refused.connect(self._refuse)
         capture.stood.connect(self.refresh)
-        capture.began.connect(self.begin)
         document.failed.connect(self._storage)
         document.busy.connect(lambda *_: self._storage())
         station.changed.connect(self._link)
@@ -344,7 +343,7 @@ class CapturingView(QWidget):
     def refresh(self) -> None:
         """Show how the capture stands."""
         capture, ribbon = self._parts.capture, self._model.ribbon
-        if not capture.active or ribbon is None:
+        if not capture.active or ribbon is None or is_calibration(capture):
             return
         item = capture.current
         self.headline.setText(headline(item))
@@ -429,10 +428,9 @@ class CapturingView(QWidget):
             self._taken(happening.subject)
         elif happening.kind == "refused":
             self._refusal = happening.message
-            self.ask.flash(False)
-            self.sounds.play("refused")
+            self._signal("refused")
         elif happening.kind == "complete":
-            self.sounds.play("complete")
+            self._signal("complete")
         elif happening.kind in ("removed", "undone", "redone"):
             self._tell_quality(self._last_taken())
         if happening.kind in ("chosen", "taken", "complete"):
@@ -442,10 +440,15 @@ class CapturingView(QWidget):
         self._show_refusal()
 
     def _taken(self, key: str) -> None:
-        self.ask.flash(True)
-        self.sounds.play("taken")
+        self._signal("taken")
         if key in self._model.kinds:
             self.verdict.show_quality(key, self._model.quality(key))
+
+    def _signal(self, sound: Sound) -> None:
+        """Heard and seen, where this page is."""
+        if self.isVisible():
+            self.ask.flash(sound != "refused")
+            self.sounds.play(sound)
 
     def _refuse(self, sentence: str) -> None:
         self._refusal = sentence

@@ -77,6 +77,11 @@ class _Held:
     of: dict[str, tuple[int, int]] = field(default_factory=dict)
 
 
+def is_calibration(capture) -> bool:
+    """Whether what goes on is a calibration alone, which is another page's business."""
+    return capture.active and all(one.is_pose for one in capture.items)
+
+
 class CaptureModel(QObject):
     """What is known of the passes of the capture that goes on.
 
@@ -212,7 +217,7 @@ class CaptureModel(QObject):
 
     def _refresh(self) -> None:
         capture = self._parts.capture
-        if not capture.active:
+        if not capture.active or is_calibration(capture):
             return
         there = {one.name: (one.part, id(capture.calibration)) for one in
                  capture.session.state.passes}  # fmt: skip
@@ -301,7 +306,7 @@ class CaptureModel(QObject):
         curve = glance.live.curve
         self._last = curve if curve is not None else None
         item = self._parts.capture.current
-        if curve is None or item is None or item.is_pose:
+        if curve is None or item is None or item.is_pose or is_calibration(self._parts.capture):
             self.lived.emit(None)
             return
         self.lived.emit(self._picture(item.key, item.what.kind, curve))

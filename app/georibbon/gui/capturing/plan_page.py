@@ -38,6 +38,7 @@ from georibbon.errors import GeoribbonError, SettingsError
 from georibbon.gui import dialogs
 from georibbon.gui.capturing.board import Words
 from georibbon.gui.capturing.latest import Latest, Stop
+from georibbon.gui.capturing.model import is_calibration
 from georibbon.gui.capturing.plan_drawing import PlanDrawing
 from georibbon.gui.language import N_, tr, trn
 from georibbon.gui.length_box import LengthBox
@@ -435,9 +436,13 @@ class PlanPage(QWidget):
     def _follow_capture(self, *_: object) -> None:
         capture, document = self._parts.capture, self._parts.document
         going_on = capture.active
+        self._refuse("")
         self.start.setText(tr("&Go on by this plan") if going_on else tr("&Start capture"))
         connected = self._parts.station.identity is not None
         self.start.setEnabled(going_on or connected)
+        if is_calibration(capture):
+            self.start.setEnabled(False)
+            self._refuse(tr("A calibration goes on; finish it on its page first."))
         open_one = document.session is not None and not going_on
         self.go_on.setVisible(open_one)
         self.go_on.setEnabled(connected)
