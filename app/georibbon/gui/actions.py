@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from georibbon.gui.language import N_, tr
 
-Needs = Literal["nothing", "source", "result", "ribbon", "capture", "taking", "laying"]
+Needs = Literal["nothing", "source", "result", "ribbon", "virtual", "capture", "taking", "laying"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ PAGES = N_("&Pages")
 FILE, EDIT, VIEW, REVIEW = N_("&File"), N_("&Edit"), N_("&View"), N_("Revie&w")
 RIBBON, CAPTURE, HELP = N_("&Ribbon"), N_("&Capture"), N_("&Help")
 LOOK, UNIT = f"{VIEW}/{N_('&Look from')}", f"{VIEW}/{N_('&Units')}"
+HANDS = f"{RIBBON}/{N_('Virtual &hands')}"
 COLOUR = f"{VIEW}/{N_('&Colour by')}"
 MENUS = (FILE, EDIT, PAGES, RIBBON, CAPTURE, VIEW, REVIEW, HELP)
 
@@ -122,6 +123,23 @@ ACTIONS = (
            RIBBON, icon="calibrate", argument="calibrate", line=True),
     Action("daily-check", N_("Dail&y check…"), "Ctrl+Alt+K",
            N_("Three poses tell whether the calibration still holds"), "daily_check", RIBBON),
+    Action("hands-lay", N_("&Lay what is asked for"), "Ctrl+Y",
+           N_("The hands of the virtual ribbon lay what the capture asks for"), "hands.lay", HANDS,
+           "virtual"),
+    Action("hands-lift", N_("L&ift the ribbon"), "Ctrl+Shift+I",
+           N_("The hands take the virtual ribbon up"), "hands.lift", HANDS, "virtual"),
+    Action("hands-follow", N_("&Follow by itself"), "Ctrl+Alt+F",
+           N_("Every pose and pass is laid as soon as it is asked for"), "hands.set_follow",
+           HANDS, "virtual", checkable=True),
+    Action("hands-survey", N_("Enter the &survey"), "Ctrl+Alt+S",
+           N_("Enter the marks and crossings that you would measure"), "hands.enter_survey",
+           HANDS, "virtual"),
+    Action("hands-unplug", N_("&Pull the cable"), "Ctrl+Alt+U",
+           N_("Pull the virtual ribbon's cable, to see what happens"), "hands.trouble", HANDS,
+           "virtual", argument="unplug"),
+    Action("hands-replug", N_("Plug the &cable in again"), "Ctrl+Alt+P",
+           N_("Plug the virtual ribbon's cable in again"), "hands.trouble", HANDS, "virtual",
+           argument="replug"),
     Action("take", N_("&Take"), "Ctrl+T",
            N_("Take what is asked for from the still ribbon: Space or Page Down do it too"),
            "on_page", CAPTURE, "taking", argument="take", icon="capture"),

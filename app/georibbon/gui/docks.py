@@ -14,7 +14,7 @@ _TITLES = {
     "surface": (N_("Surface"), BESIDE),
     "view": (N_("View"), BESIDE),
     "notices": (N_("Notices"), BESIDE),
-    "history": (N_("History and notes"), BESIDE),
+    "history": (N_("History"), BESIDE),
     "curves": (N_("Curves"), BELOW),
     "log": (N_("Log"), BELOW),
 }
@@ -41,13 +41,13 @@ class Docks:
     def arrange(self) -> None:
         """Put them where they are at first."""
         window, by_name = self._window, self._by_name
-        for group in (("passes", "surface", "view"), ("notices",), ("curves", "log")):
+        for group in (("passes", "surface", "view", "history"), ("notices",), ("curves", "log")):
             first = by_name[group[0]]
             for name in group[1:]:
                 window.tabifyDockWidget(first, by_name[name])
             first.raise_()
         beside = [by_name["passes"], by_name["notices"]]
-        window.resizeDocks(beside, [500, 500], Qt.Orientation.Horizontal)
+        window.resizeDocks(beside, [460, 460], Qt.Orientation.Horizontal)
         window.resizeDocks(beside, [520, 200], Qt.Orientation.Vertical)
         window.resizeDocks([by_name["curves"]], [270], Qt.Orientation.Vertical)
 

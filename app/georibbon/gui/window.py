@@ -42,6 +42,7 @@ from georibbon.gui.pages import NavigationBar, Page, Pages
 from georibbon.gui.parts import Parts
 from georibbon.gui.passes_panel import PassesPanel
 from georibbon.gui.result_views import ResultViews
+from georibbon.gui.review.history_panel import HistoryPanel
 from georibbon.gui.scene_view import make_view
 from georibbon.gui.settings import Settings
 from georibbon.gui.start_page import StartPage
@@ -145,6 +146,7 @@ class MainWindow(QMainWindow):
         self.surface_panel = SurfacePanel(self.parts)
         self.view_panel = ViewPanel(self.parts, self.view)
         self.notices_panel = NoticesPanel()
+        self.history_panel = HistoryPanel(self.parts)
         self.log_panel = LogPanel()
         self.curves_place = place_for_late()  # the plots are loaded with the first result
         self.docks = Docks(
@@ -154,6 +156,7 @@ class MainWindow(QMainWindow):
                 "surface": self.surface_panel,
                 "view": self.view_panel,
                 "notices": self.notices_panel,
+                "history": self.history_panel,
                 "curves": self.curves_place,
                 "log": self.log_panel,
             },
@@ -224,7 +227,9 @@ class MainWindow(QMainWindow):
         self.start_page.asked.connect(self.open)
         self.pages.turned.connect(self._page_turned)
         self.station.fault.connect(self.notifier.exception)
-        self.station.changed.connect(lambda *_: self._show_steps())
+        self.station.happened.connect(lambda event: self.notifier.tell("warning", event.message))
+        self.station.failed.connect(lambda sentence: self.notifier.tell("error", sentence))
+        self.station.changed.connect(self._link_changed)
         self.station.disconnected.connect(self._show_steps)
         self._connect_capture()
         self.results.summarised.connect(self.summary.setText)
@@ -356,17 +361,21 @@ class MainWindow(QMainWindow):
 
     def choose_calibration(self) -> None:
         """Reconstruct with another calibration."""
-        from georibbon.gui.review.calibration_choice import CalibrationDialog
+        self.show_history()
+        self.history_panel.calibration.ask()
 
-        CalibrationDialog(self.parts, self).open()
+    def show_history(self) -> None:
+        """What was done and noted, in front."""
+        self.show_page("review")
+        self.docks["history"].show()
+        self.docks["history"].raise_()
 
     def add_note(self) -> None:
         """A note, from the page where one is."""
         if self.pages.current == "capture" and self.capture.active:
             self.pages.page("capture").ask_note()
         else:
-            self.show_page("review")
-            self.docks["history"].raise_()
+            self.show_history()
             self.history_panel.write_note()
 
     def show_settings(self) -> None:
@@ -450,7 +459,12 @@ class MainWindow(QMainWindow):
     def _page_turned(self, name: str) -> None:
         self.navigation.mark(name)
         self._docks_seen()
-        self._hands_seen()
+        self.hands.setVisible(name in CAPTURING)  # it is empty without a virtual ribbon
+        self._show_steps()
+
+    @Slot(object, str)
+    def _link_changed(self, state: object, reason: str) -> None:
+        self.notifier.tell("info", f"{state}: {reason}")
         self._show_steps()
 
     @Slot()
@@ -463,11 +477,6 @@ class MainWindow(QMainWindow):
         self.document.capturing = False
         self.document.captured()
         self._show_steps()
-
-    def _hands_seen(self) -> None:
-        """The virtual ribbon is laid about where a capture may go on."""
-        virtual = self.station.virtual is not None
-        self.hands.setVisible(virtual and self.pages.current in CAPTURING)
 
     def _docks_seen(self) -> None:
         """Panels and toolbar belong to what is open, where it is seen."""
@@ -485,6 +494,7 @@ class MainWindow(QMainWindow):
             "source": document.path is not None,
             "result": document.reconstruction is not None,
             "ribbon": self.station.active,
+            "virtual": self.station.virtual is not None,
             "capture": active,
             "taking": active and page in CAPTURING,
             "laying": active and page == "capture",
@@ -502,6 +512,7 @@ class MainWindow(QMainWindow):
             action.setEnabled(words is not None)
         self.actions_by_id["reset-smoothing"].setEnabled(bool(document.smoothing))
         self.actions_by_id["auto"].setChecked(self.capture.auto)
+        self.actions_by_id["hands-follow"].setChecked(self.hands.follow.isChecked())
 
     @Slot(object)
     def _reconstructed(self, _result: object) -> None:
