@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +23,11 @@ from georibbon.gui.scene_view import (
     make_view,
     opengl_works,
 )
+from georibbon.gui.scene_words import SCENE_WORDS
 from georibbon.gui.theme import palette
+from georibbon.scene.colouring import PARTS, Look
 from georibbon.scene.drawing import CaptureDrawing
+from georibbon.scene.scene import Scene
 
 RESULT = synthetic.reconstruction()
 WIDTH, HEIGHT = 480, 300
@@ -568,3 +572,20 @@ def test_another_result_takes_the_marks_away_and_without_one_nothing_is_picked(f
     assert differ(before, from_above.image()) < 0.001
     from_above.show_scene(None)
     qtbot.mouseClick(from_above, LEFT, pos=MIDDLE)  # nothing happens
+
+
+def test_every_word_in_the_scene_can_be_translated():
+    said = set()
+
+    def translate(text):
+        said.add(text)
+        return text
+
+    deviation = np.full(len(RESULT.surface.mesh.vertices), np.nan)
+    for mode in COLOURINGS[:5]:
+        look = Look(mode, deviation=deviation, shown=frozenset(PARTS), translate=translate)
+        spans = replace(RESULT.survey[0], kind="distance", passes=("P1", "P2"), at=(0.5, 0.5))
+        surface = replace(RESULT.surface, shape=(61, 97))
+        scene = Scene(replace(RESULT, survey=(*RESULT.survey, spans), surface=surface), look=look)
+        scene.show_capture(CaptureDrawing((), TAKEN[0][::2], "P1"))
+    assert said == SCENE_WORDS

@@ -9,6 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 import synthetic
+from georibbon.gui.notifier import Notifier
 from georibbon.gui.scene_view import PARTS, ImageView
 from georibbon.gui.theme import palette
 from georibbon.gui.units import Units
@@ -25,8 +26,9 @@ def both(qtbot):
     row = QHBoxLayout(place)
     units = Units()
     view = ImageView()
-    panel = ViewPanel(SimpleNamespace(units=units), view)
-    panel.units = units
+    notifier = Notifier()
+    panel = ViewPanel(SimpleNamespace(units=units, notifier=notifier), view)
+    panel.units, panel.notifier = units, notifier
     row.addWidget(view, 1)
     row.addWidget(panel)
     panel.setFixedWidth(330)
@@ -198,3 +200,9 @@ def test_everything_can_be_reached_by_tab_and_has_a_name(both, qtbot):
     assert expected <= reached
     for unnamed in (panel.low, panel.high, panel.results):
         assert unnamed.accessibleName()
+
+
+def test_a_fault_in_a_tool_is_told(both):
+    view, panel = both
+    view.tools.fault.emit(RuntimeError("it broke"))
+    assert "it broke" in panel.notifier.entries[-1].detail

@@ -11,7 +11,7 @@ import synthetic
 from georibbon.errors import SurfaceError
 from georibbon.geometry.mesh import grid_mesh
 from georibbon.geometry.surface import Surface
-from georibbon.scene.measuring import Probe, cut
+from georibbon.scene.measuring import Probe, cut, section_table
 
 RESULT = synthetic.reconstruction()
 PROBE = Probe(RESULT)
@@ -172,3 +172,12 @@ def test_a_closed_cut_ends_where_it_starts():
     lengths = np.linalg.norm(np.diff(ring, axis=0), axis=1)
     assert lengths.sum() == pytest.approx(2 * np.pi, rel=3e-3)
     assert cut(welded, np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 1.0])) == []
+
+
+def test_a_section_as_a_table_holds_its_numbers():
+    found = ROUND.section(seen_from_above(ROUND, -0.1, 0.0), seen_from_above(ROUND, 0.2, 0.1))
+    head, *rows = section_table(found).splitlines()
+    assert head == "s,across,height,x,y,z"
+    numbers = np.array([[float(word) for word in row.split(",")] for row in rows])
+    expected = np.column_stack((found.s, found.across, found.height, found.points))
+    assert numbers == pytest.approx(expected, abs=1e-9)

@@ -256,7 +256,7 @@ class _View:
             symbol, metres = self._unit
             self._look = Look(
                 self._colouring, dict(self._ranges), self._deviation, self._deviation_words,
-                self._shown, symbol, metres,
+                self._shown, symbol, metres, tr,
             )  # fmt: skip
         font_size = round(self.fontInfo().pixelSize() * self.devicePixelRatioF())
         dark = theme_of(self.palette()) == "dark"

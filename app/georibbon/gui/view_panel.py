@@ -103,6 +103,7 @@ class ViewPanel(QScrollArea):
         view.recoloured.connect(self._follow)
         view.tool_changed.connect(self._follow_tool)
         view.hinted.connect(self.hint.setText)
+        view.tools.fault.connect(parts.notifier.exception)
         view.picked.connect(self.results.add)
         view.measured.connect(self.results.add)
         view.sectioned.connect(self.results.add)

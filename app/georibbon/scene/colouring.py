@@ -1,6 +1,6 @@
 """What the surface's colours stand for: the modes, their values, units and ranges."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
@@ -45,7 +45,8 @@ class Look:
     1/m, 1/m²) where it is fixed; from the data where not.  deviation: (n,) m of
     the mesh's vertices, signed, NaN where there is nothing to compare with;
     deviation_words: from what.  shown: of PARTS.  symbol, metres: the unit of
-    length in words, and its size.
+    length in words, and its size.  translate: what puts the scene's English words
+    into the reader's language.
     """
 
     colouring: Mode = "uncertainty"
@@ -55,6 +56,7 @@ class Look:
     shown: frozenset[str] = SHOWN_FIRST
     symbol: str = "mm"
     metres: float = 1e-3
+    translate: Callable[[str], str] = str
 
     @property
     def unit(self) -> float:
@@ -65,7 +67,8 @@ class Look:
     def title(self) -> str:
         """The scale's title, with the unit."""
         words = f"{self.deviation_words}\n" if self.deviation_words else ""
-        return _TITLES[self.colouring].format(unit=self.symbol, words=words)
+        title = self.translate(_TITLES[self.colouring])
+        return title.format(unit=self.symbol, words=words)
 
 
 def surface_values(surface: Surface, look: Look) -> FloatArray | None:

@@ -252,6 +252,13 @@ class Probe:
         return self._curvature.along(along_passes(surface)) if is_grid(surface) else None
 
 
+def section_table(section: Section) -> str:
+    """A section as CSV: s, across, height, x, y, z, one row a point, in metres."""
+    rows = np.column_stack((section.s, section.across, section.height, section.points))
+    lines = [",".join(f"{value:.10g}" for value in row) for row in rows.tolist()]
+    return "\n".join(("s,across,height,x,y,z", *lines, ""))
+
+
 def _on_pass(fitted: FittedPass, k: int) -> Pick:
     strip = fitted.strip
     return Pick(

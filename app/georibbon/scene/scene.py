@@ -46,6 +46,9 @@ _LIT = 3  # lights of the kit: from the camera, the key and the fill
 _GAP = 0.03  # from the object to the floor, as a share of its diagonal
 
 
+KeyLine = tuple[str, str, Colour]  # a sign, what it means, and their colour
+
+
 class Scene:
     """Surface, passes, ties, survey points, floor, axes and scalar bar of one result.
 
@@ -134,7 +137,8 @@ class Scene:
     def apply(self, look: Look) -> None:
         """Take up another look."""
         before, self._look = self._look, look
-        if look.shown != before.shown or look.symbol != before.symbol:
+        keyed = "deviation" in (look.colouring, before.colouring)  # the key tells of it
+        if keyed or look.shown != before.shown or look.symbol != before.symbol:
             self._show()
         else:
             self._colour()
@@ -353,8 +357,9 @@ class Scene:
                 reach = self._thickness * _AXIS * found.frames[:, :, axis]
                 lines.show(list(np.stack((found.points, found.points + reach), axis=1)))
 
-    def _show_survey(self) -> list[tuple[str, Colour]]:
-        lines, mark = [], self._paper.mark
+    def _show_survey(self) -> list[KeyLine]:
+        lines: list[KeyLine] = []
+        mark = self._paper.mark
         found = None if self._result is None else places.survey_places(self._result)
         seen = found is not None and "marks" in self._look.shown
         size = self._thickness * _BALL
@@ -362,9 +367,9 @@ class Scene:
         if found is not None and seen:
             if len(found.points):
                 solids.append((found.points, size))
-                lines.append(("● mark or crossing", mark))
+                lines.append(("● ", "mark or crossing", mark))
             if len(found.spans):
-                lines.append(("─ measured distance", mark))
+                lines.append(("─ ", "measured distance", mark))
             if len(found.ends):
                 solids.append((found.ends, 0.5 * size))
             self._spans.show([*found.gaps, *found.spans])
@@ -376,12 +381,12 @@ class Scene:
             self._marks.show(shapes.stamped(shapes.ball(), at, sizes))
         return lines
 
-    def _show_live_key(self) -> list[tuple[str, Colour]]:
-        lines = []
+    def _show_live_key(self) -> list[KeyLine]:
+        lines: list[KeyLine] = []
         if self._runs["live"].any:
-            lines.append(("━ being laid", self._paper.live))
+            lines.append(("━ ", "being laid", self._paper.live))
         if self._runs["neighbour"].any:
-            lines.append(("━ its neighbour", self._paper.neighbour))
+            lines.append(("━ ", "its neighbour", self._paper.neighbour))
         return lines
 
     def _show_floor(self) -> None:
@@ -417,8 +422,8 @@ class Scene:
         before = unit(points[0] - points[1])
         return points[0] + 0.02 * self._size * before, before
 
-    def _show_key(self, survey: list[tuple[str, Colour]]) -> None:
-        lines = []
+    def _show_key(self, survey: list[KeyLine]) -> None:
+        lines: list[KeyLine] = []
         bare = self._result is not None and self._result.surface is None
         coloured = bare and self._look.colouring in ("uncertainty", "normal")
         for kind, part, colour in (
@@ -427,16 +432,21 @@ class Scene:
         ):
             runs = self._runs[part].any and not coloured
             if part in self._look.shown and (runs or self._runs[f"taken {part}"].any):
-                lines.append((f"━ {kind}", colour))
+                lines.append(("━ ", kind, colour))
         lines += survey
         if self._sensors.actor.GetVisibility():
-            lines.append(("○ sensor", self._paper.ink))
+            lines.append(("○ ", "sensor", self._paper.ink))
         if self._unused.actor.GetVisibility():
-            lines.append(("■ sensor left out", self._paper.unused))
+            lines.append(("■ ", "sensor left out", self._paper.unused))
+        compared = self._look.deviation if self._look.colouring == "deviation" else None
+        if compared is not None and np.isnan(compared).any():
+            lines.append(("■ ", "nothing to compare with", self._paper.grid_words))
+        say = self._look.translate
+        said = [(sign + say(words), colour) for sign, words, colour in lines]
         if "floor" in self._look.shown:
             cell = f"{self._step / self._look.metres:.4g} {self._look.symbol}"
-            lines.append((f"┼ grid, {cell}", self._paper.grid_words))
-        self._key.show(lines)
+            said.append(("┼ " + say("grid, {cell}").format(cell=cell), self._paper.grid_words))
+        self._key.show(said)
 
     # --- colouring ---
 
