@@ -14,24 +14,25 @@ from georibbon.gui.calibrating.words import STATES, card_told, card_words
 from georibbon.gui.language import tr
 from georibbon.gui.theme import colours_of, theme_of
 
-COLUMNS = 5
-KEYS = {
-    Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1, Qt.Key.Key_Up: -COLUMNS, Qt.Key.Key_Down: COLUMNS,
-    Qt.Key.Key_Home: -1000, Qt.Key.Key_End: 1000,
-}  # fmt: skip
+KEYS = (
+    Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Home,
+    Qt.Key.Key_End,
+)  # fmt: skip
 
 
 class PoseCard(QAbstractButton):
-    """One pose; clicked: ask for it."""
+    """One pose.  clicked: ask for it; moved(key): an arrow, Home or End was pressed on it."""
 
-    moved = Signal(int)
+    moved = Signal(object)
 
     def __init__(self, card: Card, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.card = card
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(108, 92)
+        lines = card_words(card.pose).split("\n")
+        widest = max(self.fontMetrics().horizontalAdvance(line) for line in lines)
+        self.setMinimumSize(widest + 18, 5 * self.fontMetrics().height())
         self.show_card(card)
 
     def sizeHint(self) -> QSize:
@@ -49,7 +50,7 @@ class PoseCard(QAbstractButton):
     def keyPressEvent(self, event) -> None:
         """Arrows go to the other cards, Return asks for this one; Space takes, on the page."""
         if event.key() in KEYS:
-            self.moved.emit(KEYS[event.key()])
+            self.moved.emit(Qt.Key(event.key()))
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.click()
         else:
@@ -113,6 +114,11 @@ def _asked(card: Card) -> tuple[float, float, float, bool]:
     return pose.roll, pose.heading, pose.pitch, pose.table
 
 
+def columns_for(number: int) -> int:
+    """How many cards stand side by side."""
+    return 5 if number > 16 else min(max(number, 1), 4)
+
+
 class PoseGrid(QWidget):
     """The cards of all poses.  asked(key): a person wants this one."""
 
@@ -125,6 +131,7 @@ class PoseGrid(QWidget):
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(4)
         self.buttons: list[PoseCard] = []
+        self._columns = 1
 
     def show_cards(self, cards: Sequence[Card]) -> None:
         """Show how all stand; the same cards stay where they are."""
@@ -144,17 +151,24 @@ class PoseGrid(QWidget):
             button.hide()
             button.deleteLater()
         self.buttons = []
+        columns = self._columns = columns_for(len(cards))
         for place, card in enumerate(cards):
             button = PoseCard(card)
             button.clicked.connect(lambda _=False, key=card.key: self.asked.emit(key))
-            button.moved.connect(lambda step, at=place: self._go(at + step))
-            self._grid.addWidget(button, place // COLUMNS, place % COLUMNS)
+            button.moved.connect(lambda key, at=place: self._go(at, key))
+            self._grid.addWidget(button, place // columns, place % columns)
             self.buttons.append(button)
 
-    def _go(self, place: int) -> None:
-        if place < 0 or place >= len(self.buttons):
-            step_over = place in (-1000, 1000) or abs(place) > len(self.buttons) + COLUMNS
-            if not step_over:
-                return
-            place = 0 if place < 0 else len(self.buttons) - 1
-        self.buttons[place].setFocus(Qt.FocusReason.OtherFocusReason)
+    def _go(self, place: int, key: Qt.Key) -> None:
+        """Give the keys to the card that an arrow leads to, where there is one."""
+        last = len(self.buttons) - 1
+        place = {
+            Qt.Key.Key_Left: place - 1,
+            Qt.Key.Key_Right: place + 1,
+            Qt.Key.Key_Up: place - self._columns,
+            Qt.Key.Key_Down: place + self._columns,
+            Qt.Key.Key_Home: 0,
+            Qt.Key.Key_End: last,
+        }[key]
+        if 0 <= place <= last:
+            self.buttons[place].setFocus(Qt.FocusReason.OtherFocusReason)

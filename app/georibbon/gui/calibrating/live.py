@@ -137,12 +137,12 @@ class LivePanel(QWidget):
         layout.addLayout(below)
         layout.addLayout(told)
 
-    def show_card(self, card: Card | None, nothing: str) -> None:
-        """Show what is asked for; nothing: the words where nothing is."""
+    def show_card(self, card: Card | None, nothing: str, what_now: str = "") -> None:
+        """Show what is asked for; nothing, what_now: the words where nothing is."""
         self._nothing_asked = card is None
         if card is None:
             self.title.setText(nothing)
-            self.words.clear()
+            self.words.setText(what_now)
             self.asked.show_attitude(None, False)
             return
         pose = card.pose

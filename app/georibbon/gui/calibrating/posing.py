@@ -29,7 +29,7 @@ from georibbon.gui.calibrating.state import (
     next_open,
     poses_of,
 )
-from georibbon.gui.calibrating.words import told_words
+from georibbon.gui.calibrating.words import pose_name, told_words
 from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
 
@@ -158,7 +158,9 @@ class PosingView(QWidget):
         field = self.what.currentIndex() == 1
         self.sphere.show_cards(self.cards, self._dip if field else None)
         asked = self.asked
-        self.live.show_card(asked, tr("All poses are taken") if self.cards else "")
+        self.live.show_card(
+            asked, tr("All poses are taken") if self.cards else "", self._what_now()
+        )
         for one in (self.take_button, self.skip_button):
             one.setEnabled(asked is not None)
         self.anyway.setEnabled(asked is not None and bool(self.progress.refused))
@@ -168,6 +170,13 @@ class PosingView(QWidget):
         if poses:
             self.quality.show_covered(covered(poses, taken))
         self.quality.show_progress(done(self.cards), len(self.cards), False)
+
+    def _what_now(self) -> str:
+        """What can be done where nothing is asked for."""
+        poor = [pose_name(card.number) for card in self.cards if card.state == "poor"]
+        if poor:
+            return tr("Poor: {poses}. Click a card to take its pose again.", poses=", ".join(poor))
+        return tr("Click a card to take its pose again.") if self.cards else ""
 
     def show_dip(self, dip: float | None) -> None:
         """Take up the field's dip, radians; without it nobody knows where the field pointed."""

@@ -72,7 +72,7 @@ def card_words(pose: PlannedPose) -> str:
     return (
         face
         + "\n"
-        + tr("{where}, to {heading}°", where=short_where(pose), heading=f"{pose.heading:.0f}")
+        + tr("{where}, {heading}°", where=short_where(pose), heading=f"{pose.heading:.0f}")
     )
 
 
