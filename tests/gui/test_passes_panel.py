@@ -1,5 +1,6 @@
 """The choices of a pass below the table: weight, cut ends, sensors."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -184,3 +185,15 @@ def test_everything_has_a_name_and_a_key(panel):
         assert box.toolTip()
     assert details.sensors.accessibleName()
     assert details.sensors.focusPolicy() & Qt.FocusPolicy.TabFocus
+
+
+@pytest.mark.parametrize("unit", ["mm", "in"])
+def test_no_part_of_a_line_lies_over_another(panel, qtbot, unit):
+    panel._units.use(unit)
+    panel.resize(panel.minimumSizeHint())
+    control = panel.control("P1")
+    qtbot.waitUntil(lambda: control.slider.width() >= control.slider.minimumWidth())
+    parts = (control.slider, control.number, control.back)
+    for one, following in pairwise(parts):
+        assert one.geometry().right() < following.geometry().left()
+    assert control.geometry().contains(control.back.geometry().translated(control.pos()))

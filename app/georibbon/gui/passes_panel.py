@@ -19,12 +19,12 @@ from georibbon.gui.document import EVERY_PASS
 from georibbon.gui.language import N_, tr
 from georibbon.gui.parts import Parts
 from georibbon.gui.pass_details import PassDetails
-from georibbon.gui.smoothing import SmoothingControl
+from georibbon.gui.smoothing import AS_ALL, AUTOMATIC, SmoothingControl
 
-COLUMNS = (N_("Pass"), N_("Kind"), N_("Verdict"), N_("σ ({unit})"), N_("Smoothing"))
-NAME, KIND, VERDICT, SIGMA, SMOOTHING = range(len(COLUMNS))
+COLUMNS = (N_("Pass"), N_("Verdict"), N_("σ ({unit})"), N_("Smoothing"))
+NAME, VERDICT, SIGMA, SMOOTHING = range(len(COLUMNS))
 MOST_REASONS = 6
-AUTOMATIC, AS_ALL = N_("automatic"), N_("as all")
+ROOM = 64  # pixels: a verdict's sign, margins and a scroll bar
 KINDS = {"pass": N_("pass"), "tie": N_("tie")}
 VERDICTS = {"good": N_("good"), "acceptable": N_("acceptable"), "redo": N_("redo")}
 # Three to one and more against both palettes; the shape and the word say the same.
@@ -101,6 +101,8 @@ class PassesPanel(QWidget):
         self._name_columns()
         if self._document.reconstruction is not None:
             self._show_result(self._document.reconstruction)
+        if self._controls:
+            self._make_room()
 
     def control(self, name: str) -> SmoothingControl:
         """The smoothing of a pass, or of "*"."""
@@ -140,20 +142,31 @@ class PassesPanel(QWidget):
         if not passes:
             return
         self.table.setRowCount(1 + len(passes))
-        self._line(0, EVERY_PASS, tr("all"), "", tr("all passes without their own"))
+        self._line(0, EVERY_PASS, tr("all"), tr("all passes without their own"))
         for row, one in enumerate(passes, start=1):
             kind = tr(KINDS[one.kind])
             whose = tr("{kind} {name}", kind=kind, name=one.name)
-            self._line(row, one.name, one.name, kind, whose)
+            self._line(row, one.name, one.name if one.kind == "pass" else whose, whose)
+        self._make_room()
         for row in range(self.table.rowCount()):
             height = self._controls[EVERY_PASS].sizeHint().height() + 4
             self.table.setRowHeight(row, height)
 
-    def _line(self, row: int, name: str, shown: str, kind: str, whose: str) -> None:
+    def _make_room(self) -> None:
+        """So wide that no part of a line lies over another, whatever the verdicts will be."""
+        header = self.table.horizontalHeader()
+        columns = [
+            max(self.table.sizeHintForColumn(column), header.sectionSizeHint(column))
+            for column in (NAME, SIGMA)
+        ]
+        words = max(self.fontMetrics().horizontalAdvance(tr(one)) for one in VERDICTS.values())
+        control = self._controls[EVERY_PASS].minimumSizeHint().width()
+        self.table.setMinimumWidth(sum(columns) + words + control + ROOM)
+
+    def _line(self, row: int, name: str, shown: str, whose: str) -> None:
         for column in range(len(COLUMNS)):
             self.table.setItem(row, column, QTableWidgetItem())
         self.table.item(row, NAME).setText(shown)
-        self.table.item(row, KIND).setText(kind)
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         self.table.item(row, SIGMA).setTextAlignment(right)
         control = SmoothingControl(self._units, whose, tr(AUTOMATIC))
@@ -212,7 +225,7 @@ class PassesPanel(QWidget):
         self.table.item(row, VERDICT).setText(tr(VERDICTS[quality.verdict]))
         self.table.item(row, VERDICT).setIcon(_icon(quality.verdict))
         self.table.item(row, SIGMA).setText(self._units.number(rms, 1))
-        for column in (NAME, KIND, VERDICT, SIGMA):
+        for column in (NAME, VERDICT, SIGMA):
             self.table.item(row, column).setToolTip(quality.reason)
 
 

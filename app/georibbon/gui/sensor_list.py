@@ -11,8 +11,8 @@ from georibbon.gui.units import Units
 # As in `fitting.assessment`, whose import would keep the window waiting.
 NAMED = 5.0
 IGNORED = 3.0 * 10.0**0.5
-COLUMNS = (N_("Sensor"), N_("Kind"), N_("At"), N_("Off by (σ)"), N_("Meaning"))
-SENSOR, KIND, AT, OFF_BY, MEANING = range(len(COLUMNS))
+COLUMNS = (N_("Sensor"), N_("Off by (σ)"), N_("Meaning"), N_("At"), N_("Kind"))
+SENSOR, OFF_BY, MEANING, AT, KIND = range(len(COLUMNS))
 KINDS = {"accelerometer": N_("accelerometer"), "magnetometer": N_("magnetometer")}
 _PLACE = Qt.ItemDataRole.UserRole
 
@@ -95,7 +95,7 @@ class SensorList(QTreeWidget):
 
     def _fit_columns(self) -> None:
         """Columns as wide as their contents; none narrower than it was, so that nothing jumps."""
-        for column in range(MEANING):
+        for column in range(KIND):
             width = max(self.sizeHintForColumn(column), self.header().sectionSizeHint(column))
             if width > self.columnWidth(column) or column not in self._fitted:
                 self.setColumnWidth(column, width)

@@ -5,7 +5,7 @@ import math
 from PySide6.QtCore import QLocale, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QPushButton, QSlider, QWidget
 
-from georibbon.gui.language import tr
+from georibbon.gui.language import N_, tr
 from georibbon.gui.length_box import LengthBox
 from georibbon.gui.units import Units
 
@@ -13,6 +13,7 @@ from georibbon.gui.units import Units
 SHORTEST_SMOOTHING, LONGEST_SMOOTHING = 0.001, 10.0
 SHORTEST, LONGEST = 0.005, 1.0  # metres, on the slider
 STEPS = 400
+AUTOMATIC, AS_ALL = N_("auto"), N_("as all")
 SETTLE_MS = 500  # after the last key or turn of the wheel what is shown is kept
 
 
@@ -79,20 +80,22 @@ class SmoothingControl(QWidget):
         self.slider.setRange(0, STEPS)
         self.slider.setPageStep(STEPS // 20)
         self.slider.setSingleStep(STEPS // 100)
-        self.slider.setMinimumWidth(80)
+        self.slider.setMinimumWidth(60)
         self.slider.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.slider.setToolTip(tr("The finest detail that {whose} follows", whose=whose))
         self.number = _Number(units, SHORTEST_SMOOTHING, LONGEST_SMOOTHING)
         self.number.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.number.setFixedWidth(self.number.fontMetrics().horizontalAdvance("10000 mm") + 16)
+        self.number.setFixedWidth(self.number.fontMetrics().horizontalAdvance("9999 mm") + 16)
         self.number.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.number.setAccessibleName(tr("Smoothing of {whose}, a length", whose=whose))
         self.back = QPushButton(automatic)
         self.back.setCheckable(True)
-        self.back.setFixedWidth(self.back.fontMetrics().horizontalAdvance(tr("automatic")) + 20)
+        words = max((automatic, tr(AS_ALL)), key=len)
+        self.back.setFixedWidth(self.back.fontMetrics().horizontalAdvance(words) + 18)
         row = QHBoxLayout(self)
         row.setContentsMargins(4, 0, 4, 0)
+        row.setSpacing(4)
         row.addWidget(self.slider, 1)
         row.addWidget(self.number)
         row.addWidget(self.back)
