@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from georibbon.capture.forecast import Stopped, forecast, usual_calibration
+from georibbon.capture.forecast import Stopped, forecast, predict, usual_calibration
 from georibbon.capture.laying import LEAST_LAID, LIKENESSES, MOST_LAID, lay_plan
 from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.errors import FitError, SettingsError
@@ -21,7 +21,7 @@ UNMARKED = PlannedLayout(marks=0)
 
 
 def rms(plan, likeness="gentle", calibration=CALIBRATION):
-    return forecast(RIBBON, calibration, plan, likeness).figures.rms
+    return predict(RIBBON, calibration, plan, likeness).rms
 
 
 @pytest.mark.parametrize("likeness", LIKENESSES)

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.device.telling import LinkState
 from georibbon.gui import dialogs
+from georibbon.gui.capturing import plan_page
 from georibbon.gui.capturing.capture_page import CapturePage
 from georibbon.gui.capturing.model import merged
 from georibbon.gui.theme import COLOURS, apply_theme
@@ -46,6 +47,7 @@ def bench(qapp, tmp_path):
 @pytest.fixture
 def page(qtbot, bench, monkeypatch):
     monkeypatch.setattr(CapturePage, "make_scene", lambda _: FakeScene())
+    monkeypatch.setattr(plan_page, "PAUSE", 1_000_000)  # ms: its forecasts are tested elsewhere
     made = CapturePage(bench.parts, folder=bench.folder)
     made.plan.spacing.set_metres(SPACING)
     made.plan.marks.setCurrentIndex(0)

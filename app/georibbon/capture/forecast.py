@@ -158,14 +158,8 @@ def forecast(
     SettingsError for a plan of fewer than two passes, FitError where its survey
     does not hold the passes together.
     """
-    if plan.passes < 2:
-        raise SettingsError(
-            f"a plan of {plan.passes} passes gives no surface; plan two passes or more"
-        )
     with one_thread():
-        laid = lay_plan(ribbon, plan, likeness)
-        smoothing = _usual_smoothing(ribbon, calibration, laid)
-        network = _network(ribbon, calibration, laid, smoothing)
+        laid, smoothing, network = _planned(ribbon, calibration, plan, likeness)
         figures, at, sigma = _figures(network)
         _look(stop)
         limits = _limits(ribbon, calibration, laid, smoothing, figures, stop)
@@ -182,6 +176,27 @@ def forecast(
         advice=advice,
         notices=tuple(notice.message for notice in network.plan.notices),
     )
+
+
+def predict(
+    ribbon: Ribbon, calibration: Calibration, plan: CapturePlan, likeness: Likeness = "gentle"
+) -> Figures:
+    """The figures alone; raises as `forecast`."""
+    with one_thread():
+        return _figures(_planned(ribbon, calibration, plan, likeness)[2])[0]
+
+
+def _planned(
+    ribbon: Ribbon, calibration: Calibration, plan: CapturePlan, likeness: Likeness
+) -> tuple[Laid, float, _Network]:
+    """The plan as laid, its usual smoothing, and its adjustment."""
+    if plan.passes < 2:
+        raise SettingsError(
+            f"a plan of {plan.passes} passes gives no surface; plan two passes or more"
+        )
+    laid = lay_plan(ribbon, plan, likeness)
+    smoothing = _usual_smoothing(ribbon, calibration, laid)
+    return laid, smoothing, _network(ribbon, calibration, laid, smoothing)
 
 
 def _look(stop: Callable[[], bool]) -> None:
