@@ -158,7 +158,14 @@ def main() -> None:
     if not os.environ.get("DISPLAY") and sys.platform.startswith("linux"):
         screen = shutil.which("xvfb-run")
         if screen is not None:
-            words = [screen, "-a", "-s", "-screen 0 1600x1200x24", sys.executable, *sys.argv]
+            words = [
+                screen,
+                "-a",
+                "-s",
+                "-screen 0 1600x1200x24 -noreset",
+                sys.executable,
+                *sys.argv,
+            ]
             os.execv(screen, words)  # noqa: S606 - itself, on a display
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
         where = "without a display"

@@ -2,7 +2,9 @@
 
 import contextlib
 import io
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -119,6 +121,27 @@ def test_with_a_display_the_window_opens_on_it(monkeypatch, started, written, co
     assert main(["demo"]) == code
     assert shown == [{"demonstration": True}]
     assert (written, started) == ([], [])
+
+
+OPENED = """
+import sys
+from georibbon.gui import app, window
+def opened(self):
+    print("the demonstration is opened", flush=True)
+    self.close()
+window.MainWindow.open_demonstration = opened
+sys.exit(app.main(demonstration=True))
+"""
+
+
+def test_the_window_opens_the_demonstration(tmp_path):
+    homes = ("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME")
+    environment = os.environ | dict.fromkeys(homes, str(tmp_path))
+    done = subprocess.run(
+        [sys.executable, "-c", OPENED], env=environment | {"QT_QPA_PLATFORM": "offscreen"},
+        cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    assert done.stdout == "the demonstration is opened\n"
 
 
 def test_without_one_it_writes_files_and_says_so(display, written, started, capsys):

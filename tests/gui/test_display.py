@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from georibbon.cli import main, window_for
+from georibbon.gui import display
 from georibbon.gui.display import why_no_display
 
 
@@ -65,6 +66,45 @@ def test_what_a_display_is():
     assert why_no_display({}) == "there is no display here to show the window on"
     assert why_no_display({"DISPLAY": ":32123"}) is not None
     assert "no display" in why_no_display({"WAYLAND_DISPLAY": "wayland-9"})
+
+
+class Server:
+    """A display that refuses the first few, as one does that begins anew."""
+
+    def __init__(self, refuses):
+        self.refuses, self.open = refuses, set()
+        self.xcb_connect, self.xcb_disconnect = Called(self.connect), Called(self.open.discard)
+        self.xcb_connection_has_error = Called(lambda number: number < self.refuses)
+        self.number = -1
+
+    def connect(self, _name, _screen):
+        self.number += 1
+        self.open.add(self.number)
+        return self.number
+
+
+class Called:
+    """A function of a library, as ctypes has it."""
+
+    def __init__(self, act):
+        self.act = act
+
+    def __call__(self, *words):
+        return self.act(*words)
+
+
+@pytest.mark.parametrize("refuses", [0, display.TRIES - 1, display.TRIES])
+def test_a_display_is_held_until_the_toolkit_has_it(refuses, monkeypatch):
+    monkeypatch.setattr(display, "PAUSE", 0.0)
+    monkeypatch.setattr(display, "_held", [])
+    server = Server(refuses)
+    answers = display._answers(server, ":1")
+    assert answers == (refuses < display.TRIES)
+    assert len(server.open) == answers
+    display._answers(server, ":1")
+    assert len(server.open) == 1 or not answers
+    display.release()
+    assert server.open == set()
 
 
 def test_a_wayland_display_is_one(tmp_path):

@@ -10,7 +10,7 @@ from PySide6.QtCore import QSocketNotifier, QThreadPool, QTimer, QtMsgType, qIns
 from PySide6.QtWidgets import QApplication
 
 from georibbon import __version__
-from georibbon.gui import language
+from georibbon.gui import display, language
 from georibbon.gui.crash import HardCrashes, crash_folder
 from georibbon.gui.notifier import Notifier
 from georibbon.gui.scene_view import ask_for_surfaces
@@ -30,6 +30,7 @@ def make_application(arguments: Sequence[str] = ("georibbon",)) -> QApplication:
 def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     """Show the window, with what lies at a path or the demonstration; returns the exit code."""
     application = make_application()
+    display.release()
     hard = HardCrashes(crash_folder())
     notifier = Notifier()
     notifier.install()
