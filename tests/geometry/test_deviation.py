@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from georibbon import rotations
+from georibbon.geometry import nearest
 from georibbon.geometry.alignment import STILL, Motion, align
 from georibbon.geometry.deviation import deviation, deviation_statistics, vertex_areas
 from georibbon.geometry.mesh import grid_mesh
@@ -104,7 +105,7 @@ def test_triangles_without_area_spoil_nothing():
 
 
 def test_over_a_plane_the_deviation_is_the_height_with_its_sign():
-    points = np.random.default_rng(5).uniform(-0.35, 0.35, (300, 3))
+    points = np.random.default_rng(5).uniform(-0.35, 0.35, (300, 3)) * [1.0, 1.0, 0.3]
     assert deviation(points, located(flat())) == pytest.approx(points[:, 2], abs=1e-15)
 
 
@@ -130,14 +131,18 @@ def test_an_offset_sphere_deviates_by_the_offset(step):
 
 def test_around_a_closed_mesh_the_sign_tells_outside_from_inside():
     vertices, triangles = ball(1)  # sharp corners, where a triangle's own normal would mislead
-    points = np.random.default_rng(6).uniform(-0.2, 0.2, (500, 3))
+    points = np.random.default_rng(6).normal(size=(500, 3))
+    points *= np.linspace(0.085, 0.115, 500)[:, None] / np.linalg.norm(points, axis=1)[:, None]
     normals = np.cross(
         vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
         vertices[triangles[:, 2]] - vertices[triangles[:, 0]],
     )
     heights = np.einsum("fk,nfk->nf", normals, points[:, None] - vertices[triangles[:, 0]])
     outside = (heights > 0).any(axis=1)  # the ball is convex
-    assert np.array_equal(deviation(points, TriangleLocator(vertices, triangles)) > 0, outside)
+    found = deviation(points, TriangleLocator(vertices, triangles))
+    there = np.isfinite(found)
+    assert np.count_nonzero(there) > 300
+    assert np.array_equal(found[there] > 0, outside[there])
 
 
 def test_beyond_the_border_there_is_nothing_to_compare_with():
@@ -148,6 +153,32 @@ def test_beyond_the_border_there_is_nothing_to_compare_with():
 def test_straight_over_the_border_there_is():
     points = np.array([[0.5, 0.0, 0.01], [-0.5, 0.4, 0.02]])
     assert deviation(points, located(flat())) == pytest.approx([0.01, 0.02])
+
+
+def test_what_is_far_away_belongs_to_something_else():
+    mesh = flat()
+    points = np.array([[0.0, 0.0, 0.12], [0.0, 0.0, 0.2]])
+    assert deviation(points, located(mesh)) == pytest.approx([0.12, np.nan], nan_ok=True)
+
+
+def test_beyond_the_reach_a_point_of_the_mesh_is_found_all_the_same():
+    mesh = sheet(9)
+    points = np.random.default_rng(8).uniform(-0.7, 0.7, (200, 3))
+    exact, rough = located(mesh).nearest(points), located(mesh).nearest(points, 0.1)
+    near = exact.distance <= 0.1
+    assert near.any()
+    assert np.array_equal(rough.distance[near], exact.distance[near])
+    assert (rough.distance >= exact.distance).all()
+    assert np.linalg.norm(points - rough.points, axis=1) == pytest.approx(rough.distance)
+
+
+def test_many_candidates_are_taken_in_parts(monkeypatch):
+    vertices, triangles = ball(2)  # from its middle all triangles are equally near
+    points = np.random.default_rng(9).normal(size=(50, 3)) * 1e-6
+    whole = TriangleLocator(vertices, triangles).nearest(points)
+    monkeypatch.setattr(nearest, "_PAIRS", 300)
+    parts = TriangleLocator(vertices, triangles).nearest(points)
+    assert all(np.array_equal(a, b) for a, b in zip(whole, parts, strict=True))
 
 
 def test_no_point_has_no_deviation():

@@ -6,7 +6,7 @@ import numpy as np
 
 from georibbon import rotations
 from georibbon.arrays import FloatArray
-from georibbon.geometry.deviation import deviation_from
+from georibbon.geometry.deviation import FARTHEST, deviation_from
 from georibbon.geometry.nearest import TriangleLocator
 
 _TRIED, _USED = 250, 1500  # points for choosing a start, and for the motion itself
@@ -87,8 +87,9 @@ def _axes(points: FloatArray) -> FloatArray:
 
 def _miss(points: FloatArray, reference: TriangleLocator) -> float:
     """How badly points lie: the root mean square distance, m; far ones count no more than that."""
-    distance = reference.nearest(points).distance
-    return float(np.sqrt(np.mean(np.minimum(distance, 0.1 * reference.size) ** 2)))
+    far = FARTHEST * reference.size
+    distance = reference.nearest(points, far).distance
+    return float(np.sqrt(np.mean(np.minimum(distance, far) ** 2)))
 
 
 def _followed(points: FloatArray, reference: TriangleLocator, start: Motion, steps: int) -> Motion:
@@ -106,7 +107,7 @@ def _followed(points: FloatArray, reference: TriangleLocator, start: Motion, ste
 
 def _step(points: FloatArray, reference: TriangleLocator) -> Motion | None:
     """The small motion that brings the points nearer; None where too few are over the mesh."""
-    found = reference.nearest(points)
+    found = reference.nearest(points, FARTHEST * reference.size)
     away = deviation_from(points, found, reference)
     over = np.isfinite(away)
     if np.count_nonzero(over) < _LEAST_OVER:

@@ -9,6 +9,8 @@ from georibbon.geometry.nearest import Nearest, TriangleLocator
 
 ASLANT = 0.1
 """Tangent of the angle by which the way to a border may lean before it counts as beyond it."""
+FARTHEST = 0.1
+"""Share of the reference's size beyond which a point belongs to something else."""
 _ROUNDING = 1e-6  # of the size: files hold single precision
 
 
@@ -40,11 +42,12 @@ class DeviationStatistics:
 def deviation(points: FloatArray, reference: TriangleLocator) -> FloatArray:
     """(n,) metres from the reference mesh to points (n, 3), positive outside.
 
-    To the nearest point of its triangles.  NaN where that is on the mesh's
-    border and the point does not stand straight over it: there the reference
-    has nothing to compare with.
+    To the nearest point of its triangles.  NaN where the reference has nothing to
+    compare with: where that point is on the mesh's border and the other does
+    not stand straight over it, and farther away than a tenth of its size.
     """
-    return deviation_from(points, reference.nearest(points), reference)
+    found = reference.nearest(points, FARTHEST * reference.size)
+    return deviation_from(points, found, reference)
 
 
 def deviation_from(points: FloatArray, found: Nearest, reference: TriangleLocator) -> FloatArray:
@@ -55,7 +58,8 @@ def deviation_from(points: FloatArray, found: Nearest, reference: TriangleLocato
     sideways = np.linalg.norm(gap - along[:, None] * outward, axis=1)
     beyond = sideways > ASLANT * np.abs(along) + _ROUNDING * reference.size
     signed = np.copysign(found.distance, along)
-    return np.where(reference.on_border(found) & beyond, np.nan, signed)
+    far = found.distance > FARTHEST * reference.size
+    return np.where((reference.on_border(found) & beyond) | far, np.nan, signed)
 
 
 def vertex_areas(vertices: FloatArray, triangles: IntArray) -> FloatArray:

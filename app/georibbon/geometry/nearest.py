@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.geometry.frames import unit
 
-_AT_ONCE = 4096  # points, so that their candidates fit the memory
+_AT_ONCE = 4096  # points
+_PAIRS = 200_000  # of points and triangles at once, so that they fit the memory
 _CLASS = 2.0  # ratio of the sizes of triangles that are searched together
 _SMALLEST = 1e-6  # of the largest triangle: what is smaller is searched with this size
 _ROUNDING = 1e-9
@@ -51,7 +52,9 @@ class TriangleLocator:
             np.sum(one * other, axis=1)
             for one, other in ((self._ab, self._ab), (self._ab, self._ac), (self._ac, self._ac))
         )
-        self.size = float(np.linalg.norm(np.ptp(vertices[np.unique(triangles)], axis=0)))
+        used = vertices[np.unique(triangles)]
+        # By the corner farthest from the middle: the same however the mesh is turned.
+        self.size = 2.0 * float(np.linalg.norm(used - used.mean(axis=0), axis=1).max())
         self._classes = _classes(np.stack([self._a, b, c], axis=1))
         self._edge_of, edge_count, self._edge_normals = _edges(triangles, self._normals)
         self._edge_open = edge_count == 1
@@ -60,10 +63,14 @@ class TriangleLocator:
         open_ends = np.stack([np.roll(triangles, -1, axis=1), np.roll(triangles, 1, axis=1)], 2)
         self._corner_open[open_ends[self._edge_open[self._edge_of]]] = True
 
-    def nearest(self, points: FloatArray) -> Nearest:
-        """The nearest points to `points` (n, 3), finite, metres."""
+    def nearest(self, points: FloatArray, reach: float = np.inf) -> Nearest:
+        """The nearest points to `points` (n, 3), finite, metres.
+
+        reach: metres; for a point farther away than that it is some near point,
+        and so its distance at most is too large.
+        """
         parts = [
-            self._nearest(points[start : start + _AT_ONCE])
+            self._nearest(points[start : start + _AT_ONCE], reach)
             for start in range(0, len(points), _AT_ONCE)
         ]
         if not parts:
@@ -104,39 +111,59 @@ class TriangleLocator:
         corners: IntArray = self._triangles[found.faces, np.argmax(found.weights, axis=1)]
         return corners
 
-    def _nearest(self, points: FloatArray) -> Nearest:
-        owners, faces = self._candidates(points, self._bound(points))
-        weights, gap = self._closest(points[owners], faces)
-        square = np.sum(gap * gap, axis=1)
-        order = np.lexsort((faces, square, owners))  # of equally near ones the first triangle
-        first = order[np.searchsorted(owners[order], np.arange(len(points)))]
-        distance = np.sqrt(square[first])
-        return Nearest(faces[first], weights[first], points - gap[first], distance)
-
-    def _bound(self, points: FloatArray) -> FloatArray:
-        """(n,) metres that the nearest point is not farther than: to the triangles hard by."""
-        bounds = []
+    def _nearest(self, points: FloatArray, reach: float) -> Nearest:
+        found, least = self._hard_by(points)
+        asked = np.flatnonzero(least <= reach)
+        counts = np.zeros(len(asked), dtype=np.int64)
         for one in self._classes:
-            faces = one.faces[one.tree.query(points)[1]]
-            _, gap = self._closest(points, faces)
-            bounds.append(np.linalg.norm(gap, axis=1))
-        least: FloatArray = np.min(bounds, axis=0)
-        return least
+            away = _reach(found.distance[asked], one)
+            counts += one.tree.query_ball_point(points[asked], away, return_length=True)
+        blocks = np.cumsum(counts) // _PAIRS
+        for block in np.unique(blocks):
+            places = asked[blocks == block]
+            better = self._among_candidates(points[places], found.distance[places])
+            for whole, part in zip(found, better, strict=True):
+                whole[places] = part
+        return found
 
-    def _candidates(self, points: FloatArray, bound: FloatArray) -> tuple[IntArray, IntArray]:
-        """Pairs of points and triangles, by their numbers, among which the nearest are.
+    def _hard_by(self, points: FloatArray) -> tuple[Nearest, FloatArray]:
+        """Near points on the triangles whose middles are nearest, and what none is nearer than."""
+        best: Nearest | None = None
+        least = np.full(len(points), np.inf)
+        for one in self._classes:
+            away, at = one.tree.query(points)
+            least = np.minimum(least, away - one.radius)
+            faces = one.faces[at]
+            weights, gap = self._closest(points, faces)
+            found = Nearest(faces, weights, points - gap, np.linalg.norm(gap, axis=1))
+            if best is None:
+                best = found
+                continue
+            nearer = found.distance < best.distance
+            for whole, part in zip(best, found, strict=True):
+                whole[nearer] = part[nearer]
+        if best is None:
+            raise ValueError("a mesh without triangles has no nearest point")
+        return best, least
+
+    def _among_candidates(self, points: FloatArray, bound: FloatArray) -> Nearest:
+        """The nearest points, which are not farther away than the bounds (n,).
 
         A triangle that reaches into the bound around a point has its middle
         within the bound and its own radius from it.
         """
         owners, faces = [], []
         for one in self._classes:
-            reach = (bound + one.radius) * (1.0 + 1e-9) + 1e-300
-            lists = one.tree.query_ball_point(points, reach, return_sorted=False)
+            lists = one.tree.query_ball_point(points, _reach(bound, one), return_sorted=False)
             counts = np.fromiter(map(len, lists), dtype=np.int64, count=len(points))
             owners.append(np.repeat(np.arange(len(points)), counts))
             faces.append(one.faces[np.concatenate([*lists, []]).astype(np.int64)])
-        return np.concatenate(owners), np.concatenate(faces)
+        owner, face = np.concatenate(owners), np.concatenate(faces)
+        weights, gap = self._closest(points[owner], face)
+        square = np.sum(gap * gap, axis=1)
+        order = np.lexsort((face, square, owner))  # of equally near ones the first triangle
+        first = order[np.searchsorted(owner[order], np.arange(len(points)))]
+        return Nearest(face[first], weights[first], points - gap[first], np.sqrt(square[first]))
 
     def _closest(self, points: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
         """For pairs of points (m, 3) and triangles (m,) the weights, and what leads from there.
@@ -167,6 +194,11 @@ class TriangleLocator:
             w = np.select(regions, [zero, zero, one, zero, on_ac, on_bc], vc / whole)
         v, w = np.nan_to_num(v), np.nan_to_num(w)  # a triangle that is a line or a point
         return np.stack([1.0 - v - w, v, w], axis=1), away - v[:, None] * ab - w[:, None] * ac
+
+
+def _reach(bound: FloatArray, of: _Class) -> FloatArray:
+    """(n,) metres within which the middles of the triangles are that could be nearer."""
+    return np.asarray((bound + of.radius) * (1.0 + 1e-9) + np.finfo(float).tiny)
 
 
 def _classes(corners: FloatArray) -> tuple[_Class, ...]:
