@@ -42,6 +42,7 @@ _MOST_FULL = 16  # of up to so many passes; more are drawn thinner, not to hide 
 _FRAMED = Region(left=0.91, right=0.60, bottom=0.90, top=0.90)
 _CELLS = 12  # of the floor's grid along the object's longer side, at most
 _SAME_SIZE = 1.25  # an object that grows or shrinks by less keeps its tubes' and its floor's size
+_FINE_BALLS = 60
 _LIT = 3  # lights of the kit: from the camera, the key and the fill
 _GAP = 0.03  # from the object to the floor, as a share of its diagonal
 
@@ -341,14 +342,12 @@ class Scene:
         if self._result is not None and self._passes() and shown & {"sensors", "frames"}:
             found = places.sensor_places(self._result)
         size = self._thickness * _SENSOR
-        for body, solid, used in (
-            (self._sensors, shapes.ball(), True),
-            (self._unused, shapes.die(), False),
-        ):
+        for body, used in ((self._sensors, True), (self._unused, False)):
             at = np.empty((0, 3)) if found is None else found.points[found.used == used]
             seen = "sensors" in shown and len(at) > 0
             body.actor.SetVisibility(seen)
             if seen:
+                solid = _ball_of(len(at)) if used else shapes.die()
                 body.show(shapes.stamped(solid, at, size if used else 1.2 * size))
         for axis, lines in enumerate(self._axes):
             seen = found is not None and "frames" in shown
@@ -378,7 +377,7 @@ class Scene:
         if solids:
             at = np.concatenate([points for points, _ in solids])
             sizes = np.concatenate([np.full(len(points), of) for points, of in solids])
-            self._marks.show(shapes.stamped(shapes.ball(), at, sizes))
+            self._marks.show(shapes.stamped(_ball_of(len(at)), at, sizes))
         return lines
 
     def _show_live_key(self) -> list[KeyLine]:
@@ -487,3 +486,8 @@ class Scene:
         camera = self.renderer.GetActiveCamera()
         mesh = self._result.surface.mesh
         self._surface.show_values(stripes(mesh, camera), self._tables["zebra"])
+
+
+def _ball_of(count: int) -> shapes.Solid:
+    """A ball as fine as there is time for so many of them."""
+    return shapes.ball() if count <= _FINE_BALLS else shapes.ball(cuts=1)

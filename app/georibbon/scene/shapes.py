@@ -106,13 +106,13 @@ def stamped(solid: Solid, places: FloatArray, size: float | FloatArray) -> Solid
 
 
 @cache
-def ball() -> Solid:
-    """A ball of radius 1: an octahedron whose faces are cut in four twice and rounded."""
+def ball(cuts: int = 2) -> Solid:
+    """A ball of radius 1: an octahedron whose faces are cut in four so often, and rounded."""
     points = np.vstack((np.eye(3), -np.eye(3)))
     triangles = np.array(
         [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
     )
-    for _ in range(2):
+    for _ in range(cuts):
         points, triangles = _cut_in_four(points, triangles)
     return Solid(points, points, triangles)
 
