@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import TypeGuard
 
 from babel.messages.catalog import Catalog, Message
-from babel.messages.extract import extract_from_dir
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 
@@ -29,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "app" / "georibbon"
 TRANSLATIONS = ROOT / "resources" / "translations"
 LANGUAGES = ("fr",)
-KEYWORDS = {"tr": None, "trn": (1, 2), "N_": None}
+KEYWORDS = {"tr": 1, "trn": 2, "N_": 1}  # how many of what is given are texts
 # The rooms whose sentences a person reads in the window.
 ROOMS = (
     "calibration", "capture", "device", "export", "fitting", "geometry", "session", "virtual",
@@ -44,12 +43,21 @@ CODE = re.compile(
 def texts_of_window() -> Catalog:
     """The texts that gui/ marks."""
     catalogue = Catalog(charset="utf-8")
-    for _file, _line, text, _comments, _context in extract_from_dir(
-        str(SOURCES / "gui"), keywords=KEYWORDS
-    ):
-        if text:
-            catalogue.add(text)
+    for path in sorted((SOURCES / "gui").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            text = _marked(node)
+            if text and text != ("",):
+                catalogue.add(text if len(text) > 1 else text[0])
     return catalogue
+
+
+def _marked(node: ast.AST) -> tuple[str, ...]:
+    """The texts that a call marks; none where it is no such call, or they are known only later."""
+    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+        return ()
+    given = node.args[: KEYWORDS.get(node.func.id, 0)]
+    texts = (one.value for one in given if isinstance(one, ast.Constant))
+    return tuple(text for text in texts if isinstance(text, str))
 
 
 def sentences_of_core() -> Catalog:
