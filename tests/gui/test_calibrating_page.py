@@ -573,6 +573,20 @@ def test_in_the_check_the_poses_come_by_themselves_and_can_be_repeated(bench, ca
     assert bench.posing.check.verdict.text() == "No verdict yet"
 
 
+def test_without_a_choice_the_ribbons_newest_is_checked(bench, calibration):
+    bench.page.begin_check()
+    assert "connect one first" in bench.page.start.told.text()
+    bench.hands.station.connect_ribbon()
+    bench.page.begin_check()
+    assert "No calibration of this ribbon" in bench.page.start.told.text()
+    shelf = Shelf(bench.folder)
+    shelf.keep(calibration, "ours")
+    shelf.keep(replace(calibration, ribbon_id="GR-9"), "another's")
+    bench.page.begin_check()
+    assert bench.shown() is bench.posing
+    assert "“ours”" in bench.posing.title.text()
+
+
 def test_another_ribbons_calibration_is_not_checked(bench, calibration):
     bench.keep(replace(calibration, ribbon_id="GR-9"))
     bench.hands.station.connect_ribbon()

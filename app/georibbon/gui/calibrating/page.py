@@ -175,12 +175,18 @@ class CalibrationPage(QWidget):
             self._begin(path, None)
 
     def begin_check(self) -> None:
-        """Check the chosen calibration by three poses."""
-        kept = self.start.kept.current
-        if kept is not None:
+        """Check the chosen calibration, or the ribbon's newest, by three poses."""
+        kept, ribbon = self.start.kept.current, self._ribbon()
+        if ribbon is not None and (kept is None or kept.calibration.ribbon_id != ribbon.id):
+            kept = self.shelf.newest(ribbon.id)
+        path = self._new_session("check")
+        if path is not None and kept is None:
+            self.start.told.setText(
+                tr("No calibration of this ribbon is kept; calibrate it first.")
+            )
+        elif path is not None and kept is not None:
             self._checked = kept
-            plan = CapturePlan(poses=20, passes=0, ties=0)
-            self._begin(self._new_session("check"), plan, kept.calibration)
+            self._begin(path, CapturePlan(poses=20, passes=0, ties=0), kept.calibration)
 
     def stop(self) -> None:
         """Stop for now: what was taken is in its file, and can be gone on with."""
