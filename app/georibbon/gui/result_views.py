@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal, Slot
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from georibbon.gui.passes_panel import PassesPanel
     from georibbon.gui.scene_view import ImageView, SceneView
     from georibbon.reconstruction import Reconstruction
+
+
+CURVES_REST = 0.1  # s between the curves of previews: the surface needs the time more
 
 
 class ResultViews(QObject):
@@ -40,6 +44,7 @@ class ResultViews(QObject):
         self._passes, self._notices, self._curves_dock = passes, notices, curves_dock
         self.curves = None
         self._shown: Reconstruction | None = None  # the newest result, or a preview
+        self._curves_at = 0.0  # when the curves followed a preview last
         document = parts.document
         document.reconstructed.connect(self.show_result)
         document.previewed.connect(self.show_preview)
@@ -58,10 +63,13 @@ class ResultViews(QObject):
 
     @Slot(object)
     def show_preview(self, result: Reconstruction) -> None:
-        """What a moving slider makes of it; the words follow when it rests."""
+        """What a moving slider makes of it; the words follow when it rests, the curves soon."""
         self._shown = result
         self._view.show_scene(result)
-        self.show_curves()
+        now = monotonic()
+        if now - self._curves_at >= CURVES_REST:
+            self._curves_at = now
+            self.show_curves()
 
     def show_nothing(self) -> None:
         """Nothing is open, or nothing came of it yet."""
