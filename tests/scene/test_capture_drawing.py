@@ -76,3 +76,18 @@ def test_a_curve_far_away_gets_a_floor_of_its_own():
     scene = Scene(None)
     assert scene.show_capture(CaptureDrawing(TAKEN[:1]))
     assert scene.show_capture(CaptureDrawing(TAKEN[:1], ("P2", LIVE[1] + [0.0, 2.0, 0.0])))
+
+
+def test_a_ribbon_in_the_hand_does_not_make_the_floor_jump():
+    scene = Scene(None)
+    scene.show_capture(CaptureDrawing(TAKEN, LIVE, "P1"))
+    lifted = ("P9", LIVE[1] + [0.0, -0.05, 0.15])
+    assert not scene.show_capture(CaptureDrawing(TAKEN, lifted, "P1"))
+    assert not scene.show_capture(CaptureDrawing(TAKEN, None, "P1"))
+    assert scene.show_capture(CaptureDrawing(TAKEN, ("P9", LIVE[1] + [0.0, -1.0, 0.0])))
+
+
+def test_a_much_smaller_object_gets_a_smaller_floor():
+    scene = Scene(None)
+    scene.show_capture(CaptureDrawing(TAKEN))
+    assert scene.show_capture(CaptureDrawing((("P1", "pass", TAKEN[0][2][:20]),)))

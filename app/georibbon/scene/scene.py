@@ -44,6 +44,7 @@ _CELLS = 12  # of the floor's grid along the object's longer side, at most
 _SAME_SIZE = 1.25  # an object that grows or shrinks by less keeps its tubes' and its floor's size
 _FINE_BALLS = 60
 _LIT = 3  # lights of the kit: from the camera, the key and the fill
+_LOOSE = 0.25  # of the diagonal, by which a ribbon in the hand may leave the floor
 _GAP = 0.03  # from the object to the floor, as a share of its diagonal
 
 
@@ -85,6 +86,7 @@ class Scene:
         self._result: Reconstruction | None = None
         self._drawing = CaptureDrawing()
         self._cursor_at: tuple[str, float] | None = None
+        self._held: tuple[int, tuple[str, ...]] = (0, ())  # what the box is of
         self._box = np.empty((0, 3))  # the corners that the floor was made for
         self._size = self._thickness = 0.0
         self._range: tuple[float, float] = (0.0, 1.0)
@@ -275,31 +277,49 @@ class Scene:
 
     def _extent(self) -> list[FloatArray]:
         """Points among which everything lies."""
+        points = [*self._lasting(), *self._live()]
+        return points or [np.array([[-0.5, -0.3, 0.0], [0.5, 0.3, 0.0]])]
+
+    def _lasting(self) -> list[FloatArray]:
+        """Points of all but what is being laid."""
         points = [fitted.strip.points for fitted in self._passes()]
         if self._result is not None and self._result.surface is not None:
             points.append(self._result.surface.mesh.vertices)
-        points += [curve for _, _, curve in self._drawn()]
+        return points + [curve for _, _, curve in self._drawn()]
+
+    def _live(self) -> list[FloatArray]:
+        """The points of what is being laid, if anything is seen of it."""
         live = self._drawing.live
-        if live is not None and whole(live[1]):
-            points.append(live[1])
-        return points or [np.array([[-0.5, -0.3, 0.0], [0.5, 0.3, 0.0]])]
+        return [live[1]] if live is not None and whole(live[1]) else []
 
     def _measure(self) -> bool:
-        """Take the object's size; whether it is another than the floor was made for."""
-        points = self._extent()
-        low = np.min([one.min(axis=0) for one in points], axis=0)
-        high = np.max([one.max(axis=0) for one in points], axis=0)
+        """Take the object's size; whether it is another than the floor was made for.
+
+        A ribbon in the hand may go a little beyond the floor, and come back,
+        without another.
+        """
+        low, high = _box(self._extent())
         size = float(np.linalg.norm(high - low)) or 1.0
-        fits = len(self._box) > 0 and bool(
-            np.all(low >= self._box[0] - 0.5 * _GAP * self._size)
-            and np.all(high <= self._box[1] + 0.5 * _GAP * self._size)
-            and size * _SAME_SIZE >= self._size
+        held = (id(self._result), tuple(name for name, _, _ in self._drawing.passes))
+        another, self._held = held != self._held, held
+        fits = len(self._box) > 0 and all(
+            self._is_inside(points, margin)
+            for points, margin in ((self._lasting(), 0.5 * _GAP), (self._live(), _LOOSE))
         )
-        count = len(self._passes()) + len(self._drawing.passes)
+        if another and size * _SAME_SIZE < self._size:
+            fits = False
         if not fits:
             self._box, self._size = np.stack((low, high)), size
+        count = len(self._passes()) + len(self._drawing.passes)
         self._thickness = self._size * min(1.0, _MOST_FULL / max(count, 1))
         return not fits
+
+    def _is_inside(self, points: list[FloatArray], margin: float) -> bool:
+        """Whether points lie in the floor's box, or beyond it by this share of its diagonal."""
+        if not points:
+            return True
+        (low, high), beyond = _box(points), margin * self._size
+        return bool(np.all(low >= self._box[0] - beyond) and np.all(high <= self._box[1] + beyond))
 
     def _show_surface(self) -> None:
         surface = None if self._result is None else self._result.surface
@@ -332,9 +352,7 @@ class Scene:
         beside = [points for name, _, points in self._drawn() if name == neighbour]
         beside += [one.strip.points for one in self._passes() if one.name == neighbour]
         self._runs["neighbour"].show(beside[:1], self._thickness * _TUBE * 1.5)
-        live = self._drawing.live
-        curves = [live[1]] if live is not None and whole(live[1]) else []
-        self._runs["live"].show(curves, self._size * _LIVE)
+        self._runs["live"].show(self._live(), self._size * _LIVE)
 
     def _show_sensors(self) -> None:
         shown = self._look.shown
@@ -486,6 +504,13 @@ class Scene:
         camera = self.renderer.GetActiveCamera()
         mesh = self._result.surface.mesh
         self._surface.show_values(stripes(mesh, camera), self._tables["zebra"])
+
+
+def _box(points: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """(3,) the least and the greatest coordinates of points (n, 3)."""
+    low = np.min([one.min(axis=0) for one in points], axis=0)
+    high = np.max([one.max(axis=0) for one in points], axis=0)
+    return low, high
 
 
 def _ball_of(count: int) -> shapes.Solid:
