@@ -47,6 +47,10 @@ class LivePlots(QWidget):
         self._labels: list[pg.TextItem] = []
         self._live_label = pg.TextItem("", anchor=(1.0, 0.5))
         self.plan.addItem(self._live_label, ignoreBounds=True)
+        self._ways = self.plan.plot(connect="finite", antialias=False)
+        self._way_labels = [pg.TextItem("", anchor=(0.0, 0.5)) for _ in range(2)]
+        for label in self._way_labels:
+            self.plan.addItem(label, ignoreBounds=True)
         self.plots.ci.layout.setRowStretchFactor(0, 3)
         self.plots.ci.layout.setRowStretchFactor(1, 2)
         layout = QVBoxLayout(self)
@@ -81,6 +85,9 @@ class LivePlots(QWidget):
                 plot.getAxis(name).setPen(of.frame)
                 plot.getAxis(name).setTextPen(of.words)
         self._live_label.setColor(of.curves[0])
+        self._ways.setPen(pg.mkPen(of.words, style=Qt.PenStyle.DotLine))
+        for label in self._way_labels:
+            label.setColor(of.words)
         for label in self._labels:
             label.setColor(of.words)
 
@@ -164,6 +171,31 @@ class LivePlots(QWidget):
             start = self._shown(live.strip)[0]
             self._live_label.setText(live.name)
             self._live_label.setPos(float(start[0]), float(start[1]))
+
+        self._show_ways(live)
+
+    def _show_ways(self, live: LivePicture | None) -> None:
+        """The ways to the neighbour where it is nearest and where it is farthest."""
+        beside = None if live is None else live.beside
+        other = None if beside is None else self._model.placed.get(beside.neighbour)
+        ways = []
+        if beside is not None and other is not None:
+            theirs = self._shown(other)
+            for at, far in ((beside.least_at, beside.least), (beside.most_at, beside.most)):
+                k = int(np.argmin(np.abs(live.strip.s - at)))
+                here = self._shown(live.strip)[k]
+                there = theirs[np.argmin(np.linalg.norm(theirs - here, axis=1))]
+                ways.append((here, there, self._parts.units.number(far)))
+        gap = np.full(3, np.nan)
+        line = np.array([x for here, there, _ in ways for x in (here, there, gap)]).reshape(-1, 3)
+        self._ways.setData(line[:, 0], line[:, 1])
+        for k, label in enumerate(self._way_labels):
+            label.setVisible(k < len(ways))
+            if k < len(ways):
+                here, there, words = ways[k]
+                middle = 0.5 * (here + there)
+                label.setText(words)
+                label.setPos(float(middle[0]), float(middle[1]))
 
 
 def _about(live: LivePicture | None) -> tuple[str, str | None] | None:

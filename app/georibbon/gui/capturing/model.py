@@ -71,10 +71,14 @@ class Row:
 
 @dataclass
 class _Held:
-    """The lone curves of passes that were taken, each for the frames it was computed from."""
+    """The lone curves of passes that were taken, each for the frames it is of.
+
+    fresh: those whose curve is the live one, which has followed the ribbon there.
+    """
 
     curves: dict[str, LiveCurve] = field(default_factory=dict)
     of: dict[str, tuple[int, int]] = field(default_factory=dict)
+    fresh: set[str] = field(default_factory=set)
 
 
 def is_calibration(capture) -> bool:
@@ -226,6 +230,9 @@ class CaptureModel(QObject):
             del held.of[name]
         for name in [name for name in held.curves if name not in there]:
             del held.curves[name]
+        for name in held.fresh & there.keys():
+            held.of[name] = there[name]
+        held.fresh -= there.keys()
         missing = {name: of for name, of in there.items() if name not in held.of}
         if missing and capture.calibration is not None:
             self._compute(missing)
@@ -266,6 +273,8 @@ class CaptureModel(QObject):
             if self._last is not None:
                 self._held.curves[name] = self._last
                 self._held.of.pop(name, None)
+                if self._last.settled:
+                    self._held.fresh.add(name)
             self._put_in_place(name)
         elif happening.kind in ("removed", "undone", "redone", "calibrated"):
             self._stale.update(self.kinds)
