@@ -19,7 +19,7 @@ from georibbon.cli.arguments import Parser, whole
 from georibbon.cli.crew import Crew, Fallen
 from georibbon.cli.outputs import signals_noted
 from georibbon.cli.printing import json_text
-from georibbon.cli.reconstruction import _add_settings as add_settings
+from georibbon.cli.reconstruction import add_settings
 from georibbon.errors import ExportError, GeoribbonError, SettingsError
 from georibbon.session.words import counted
 

@@ -21,6 +21,7 @@ from georibbon.geometry.settings import CORRESPONDENCES, DIRECTIONS, INTERIORS, 
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
+    from georibbon.export.mesh import Unit
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
     from georibbon.session.source import Loaded
 
@@ -55,7 +56,7 @@ def configure(_name: str, parser: Parser) -> None:
         "source", metavar="SOURCE", type=Path, help="recording folder or .georibbon session"
     )
     _add_outputs(parser.add_argument_group("what to write"))
-    _add_settings(parser.add_argument_group("how to reconstruct"))
+    add_settings(parser.add_argument_group("how to reconstruct"))
     parser.set_defaults(run=run)
 
 
@@ -65,8 +66,8 @@ def _add_outputs(group: argparse._ArgumentGroup) -> None:
         help="the surface as .stl (binary), .obj or .ply; may be repeated",
     )  # fmt: skip
     group.add_argument(
-        "--unit", choices=("mm", "m"), default="mm",
-        help="of the surface files: millimetres (default) or metres; the report tells it",
+        "--unit", choices=("mm", "cm", "m", "in"), default="mm",
+        help="of the surface files (default mm); the report tells it",
     )  # fmt: skip
     group.add_argument(
         "--curves", metavar="FILE", type=Path,
@@ -74,7 +75,7 @@ def _add_outputs(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
     group.add_argument(
         "--report", metavar="FILE", type=Path, action="append", default=[],
-        help=".json for programs, .html for people; may be repeated",
+        help=".html or .pdf for people, .json for programs; may be repeated",
     )  # fmt: skip
     group.add_argument(
         "--picture", metavar="FILE", type=Path,
@@ -82,7 +83,8 @@ def _add_outputs(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
 
 
-def _add_settings(group: argparse._ArgumentGroup) -> None:
+def add_settings(group: argparse._ArgumentGroup) -> None:
+    """The words that say how to reconstruct."""
     group.add_argument(
         "--method", choices=("ribbon", "paper"),
         help="ribbon (default): all readings of a pass fitted at once, with the survey; "
@@ -361,8 +363,8 @@ def write(
             write_picture(result, outputs.place(arguments.picture))
 
 
-def _write_surface(result: "Reconstruction", place: Path, unit: str) -> None:
+def _write_surface(result: "Reconstruction", place: Path, unit: "Unit") -> None:
     from georibbon.export.mesh import write_mesh
 
     if result.surface is not None:
-        write_mesh(result.surface.export_mesh, place, "m" if unit == "m" else "mm")
+        write_mesh(result.surface.export_mesh, place, unit)
