@@ -60,6 +60,20 @@ def test_the_pointer_and_the_keys_press_them(page, done, qtbot):
         assert done == ["calibrate"]
 
 
+def test_the_keys_begin_at_the_first_and_reach_all(page, qtbot):
+    page.activateWindow()
+    qtbot.waitUntil(page.isActiveWindow)
+    page.entered()
+    reached = []
+    for _ in range(len(page.buttons) + 1):
+        reached.append(page.focusWidget())
+        qtbot.keyClick(page.focusWidget(), Qt.Key.Key_Tab)
+    assert reached == [*page.buttons.values(), page.recent]
+    page.buttons["open"].setFocus()
+    page.entered()
+    assert page.buttons["open"].hasFocus()
+
+
 def test_what_the_window_lacks_is_not_offered(actions, qtbot):
     del actions["calibrate"], actions["import"]
     made = StartPage(actions)

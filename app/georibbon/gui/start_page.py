@@ -164,6 +164,12 @@ class StartPage(QWidget):
         left.addStretch()
         self._fill(left, self._make_recent())
 
+    def entered(self) -> None:
+        """The page is shown: the keys go on where they were, or begin at the first way to begin."""
+        to = self.focusWidget() or next(iter(self.buttons.values()), None)
+        if to is not None:
+            to.setFocus(Qt.FocusReason.OtherFocusReason)
+
     def show_recent(self, paths: Sequence[Path]) -> None:
         """List what was opened last, with its place and when it was written last."""
         self.recent.clear()
