@@ -89,7 +89,7 @@ def test_a_refusal_stands_until_something_else_is_done():
     assert (card.state, card.reason) == ("refused", "it moves")
     assert states(cards(all_items, all_items[1], progress)) == {"pose-02": "asked"}
     progress.take(Happening("quality", None, "so far"))
-    assert progress.message == "it moves"
+    assert progress.refused == {"pose-01": "it moves"}
     progress.take(Happening("taken", "pose-01", "it is taken"))
     assert progress.refused == {}
     progress.take(Happening("refused", None, "nothing is asked for"))

@@ -1,10 +1,13 @@
 """What is asked for beside what lies there now, how still it is, and why it is not taken."""
 
+import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from georibbon.calibration.directions import attitude
+from georibbon.capture.judging import STRAIGHT_WITHIN
+from georibbon.device.stillness import MOST_SPREAD
 from georibbon.gui.calibrating.bar_view import BarView
 from georibbon.gui.calibrating.signs import colour_of, paint_sign
 from georibbon.gui.calibrating.state import LEAST_SECONDS, Card, Lying, share_still
@@ -12,8 +15,7 @@ from georibbon.gui.calibrating.words import pose_name, pose_words, told_words
 from georibbon.gui.language import N_, tr
 from georibbon.gui.theme import colours_of
 
-MOST_SPREAD = 3.0  # as the stillness has it, whose module takes long to load
-STRAIGHT = 12.0  # degrees
+STRAIGHT = float(np.degrees(STRAIGHT_WITHIN))
 STILLNESS = {"still": N_("still"), "moving": N_("moving"), "disturbed": N_("disturbed")}
 SIGNS = {"still": "good", "moving": "poor", "disturbed": "bad"}
 

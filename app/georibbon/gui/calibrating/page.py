@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 from georibbon.calibration.calibrate import calibrate
 from georibbon.calibration.change import difference
 from georibbon.calibration.check import Check, check_calibration
+from georibbon.calibration.directions import covered
 from georibbon.calibration.expected import expected_errors
 from georibbon.calibration.gates import LEAST_POSES
 from georibbon.calibration.model import Calibration
@@ -33,7 +34,7 @@ from georibbon.threads import one_thread
 FILES = N_("Calibrations (*.json)")
 SESSIONS, ENDING = "sessions", ".georibbon"
 PLACE = "calibration/hemisphere"
-SOUNDS = {"taken": "taken", "refused": "refused", "complete": "complete"}
+SOUNDS = ("taken", "refused", "complete")
 COUNTED = ("taken", "skipped", "removed", "undone", "redone", "held")
 
 
@@ -293,7 +294,7 @@ class CalibrationPage(QWidget):
             return
         self.posing.take_news(happening)
         if self.isVisible() and happening.kind in SOUNDS and not self._incomplete(happening):
-            self._sounds.play(SOUNDS[happening.kind])
+            self._sounds.play(happening.kind)
         self._stale |= happening.kind in COUNTED
         self._show_progress()
 
@@ -427,8 +428,6 @@ class CalibrationPage(QWidget):
         self.done.name.setFocus()
 
     def _covered(self):
-        from georibbon.calibration.directions import covered
-
         cards = self.posing.cards
         asked = [(c.pose.roll, c.pose.heading, c.pose.pitch, c.pose.table) for c in cards]
         return covered(asked, [card.state in ("good", "poor") for card in cards])

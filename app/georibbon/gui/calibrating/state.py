@@ -56,7 +56,6 @@ class Progress:
 
     refused: dict[str, str] = field(default_factory=dict)
     poor: dict[str, str] = field(default_factory=dict)
-    message: str = ""
 
     def take(self, happening: Happening) -> None:
         """Something happened in the capture."""
@@ -67,8 +66,6 @@ class Progress:
             self.refused.clear()
             if kind == "taken" and subject is not None:
                 self.poor.pop(subject, None)
-        if kind not in ("quality", "link", "chosen", "complete"):
-            self.message = happening.message
 
     def judge(self, poses: Sequence[PlannedPose], notices: Sequence[Notice]) -> None:
         """What a calibration says of its poses."""

@@ -36,7 +36,7 @@ class Worker(QObject):
         self._pool.setMaxThreadCount(1)
         self._busy = self._ended = False
         self._waiting: Callable[[], object] | None = None
-        self._wanted = 0
+        self._unwanted = False
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
         self.destroyed.connect(self._pool.waitForDone)
 
@@ -56,7 +56,7 @@ class Worker(QObject):
     def forget(self) -> None:
         """Deliver nothing of what is asked for up to now."""
         self._waiting = None
-        self._wanted += self._busy
+        self._unwanted = self._busy
 
     def end(self) -> None:
         """Wait for what is being done, and deliver nothing more."""
@@ -69,7 +69,7 @@ class Worker(QObject):
     def _deliver(self, result: object, error: object) -> None:
         self._busy = False
         waits, self._waiting = self._waiting, None
-        forgotten, self._wanted = self._wanted > 0, 0
+        forgotten, self._unwanted = self._unwanted, False
         if waits is not None:
             self.ask(waits)
         if not forgotten:
