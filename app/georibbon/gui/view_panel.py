@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -351,10 +351,14 @@ class Results(QListWidget):
         self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
         self.setWordWrap(True)
         self.setAlternatingRowColors(True)
-        self.setMinimumHeight(110)
+        self.setMinimumHeight(90)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName(tr("Picked and measured"))
         self.currentRowChanged.connect(lambda _row: self.chosen.emit(self.section()))
+
+    def sizeHint(self) -> QSize:
+        """A few lines, and more where there is room."""
+        return QSize(200, 90)
 
     def add(self, found: Pick | Distance | Section) -> None:
         """Put what was found at the end, and choose it."""
