@@ -10,10 +10,12 @@ from PySide6.QtWidgets import QLabel
 from georibbon.export.mesh import write_mesh
 from georibbon.gui.document import Document
 from georibbon.gui.notifier import Notifier
+from georibbon.gui.review import compare_window
 from georibbon.gui.review.compare_window import CompareWindow
 from georibbon.gui.settings import Settings
 from georibbon.gui.units import Units
 from georibbon.session.mesh_file import read_triangles
+from georibbon.session.session import Session
 
 
 @pytest.fixture
@@ -199,6 +201,39 @@ def test_every_way_to_choose_leads_there(
 def test_it_closes_with_what_it_is_of(window, parts, qtbot):
     parts.document.close()
     qtbot.waitUntil(lambda: not window.isVisible())
+
+
+def test_files_are_asked_for_where_what_is_open_lies(window, tmp_path, monkeypatch):
+    asked = []
+
+    def ask(_parent, _title, folder, *_filters):
+        asked.append(folder)
+        return (str(tmp_path / "part.stl"), "") if len(asked) == 1 else ("", "")
+
+    monkeypatch.setattr(compare_window.QFileDialog, "getOpenFileName", ask)
+    assert CompareWindow.ask_mesh(window, tmp_path) == tmp_path / "part.stl"
+    assert CompareWindow.ask_mesh(window, tmp_path) is None
+    assert CompareWindow.ask_session(window, tmp_path) is None
+    monkeypatch.setattr(compare_window.QFileDialog, "getExistingDirectory", lambda *_: "")
+    assert CompareWindow.ask_folder(window, tmp_path) is None
+    assert asked == [str(tmp_path)] * 3
+
+
+def test_without_a_surface_nothing_is_measured_and_it_says_so(
+    window, parts, session, small_capture, qtbot
+):
+    window.close()
+    parts.document.close()
+    with Session.open(session) as changing:
+        for name in ("P2", "P3"):
+            changing.do("remove", **{"pass": name})
+    with qtbot.waitSignal(parts.document.failed, timeout=20_000):
+        parts.document.open(session)
+    made = CompareWindow(parts)
+    made.show()
+    made.compare_with(small_capture)
+    qtbot.waitUntil(lambda: "no surface yet" in made.told.text(), timeout=20_000)
+    assert made.figures.text() == ""
 
 
 def test_everything_has_a_name(window):

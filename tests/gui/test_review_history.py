@@ -9,9 +9,11 @@ from PySide6.QtCore import Qt
 from georibbon.calibration import calibrate
 from georibbon.gui.document import Document
 from georibbon.gui.notifier import Notifier
+from georibbon.gui.review import calibration_choice
 from georibbon.gui.review.calibration_choice import CalibrationChoice
 from georibbon.gui.review.history_panel import HistoryPanel
 from georibbon.gui.settings import Settings
+from georibbon.gui.theme import palette
 from georibbon.gui.units import Units
 from georibbon.session.calibration_file import write_calibration
 from georibbon.session.calibration_shelf import Shelf
@@ -188,6 +190,13 @@ def test_a_removed_pass_is_no_longer_looked_at(panel, parts, qtbot):
         parts.document.reconstruct()
 
 
+def test_it_follows_the_theme(panel):
+    before = panel.verdict.styleSheet()
+    panel.setPalette(palette("dark"))
+    assert panel.verdict.styleSheet() not in ("", before)
+    assert panel.verdict.text() == "✔ good"
+
+
 # The calibration
 
 
@@ -261,3 +270,10 @@ def test_those_of_other_ribbons_are_not_offered(panel, parts, session, shelf, ot
     box = panel.calibration.choice
     qtbot.waitUntil(lambda: box.count() == 3, timeout=20_000)
     assert entries(box)[1].startswith("fitting, ")
+
+
+def test_a_file_is_asked_for(panel, tmp_path, monkeypatch):
+    found = [(str(tmp_path / "a.json"), ""), ("", "")]
+    monkeypatch.setattr(calibration_choice.QFileDialog, "getOpenFileName", lambda *_: found.pop(0))
+    assert CalibrationChoice.ask_file(panel, tmp_path) == tmp_path / "a.json"
+    assert CalibrationChoice.ask_file(panel, tmp_path) is None

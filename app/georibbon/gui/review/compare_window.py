@@ -284,7 +284,11 @@ class CompareWindow(QMainWindow):
     def _measure(self) -> None:
         """Measure anew how the first lies from the other."""
         result, other = self._parts.document.reconstruction, self._other
-        if result is None or other is None:
+        if other is None:
+            return
+        if result is None:
+            self.told.tell(tr("What is open gives no surface yet, so nothing can be measured."))
+            self._show_state()
             return
         name = self.first_name.text()
         tolerance, aligned = self.tolerance.metres, self.aligned.isChecked()
