@@ -178,6 +178,26 @@ def test_it_knows_trims_weights_and_sensors_that_are_off(work):
     )
 
 
+@pytest.mark.parametrize("whose", ["P2", "*"])
+@pytest.mark.parametrize("base", [0.001, 0.1, 10.0])
+@pytest.mark.parametrize("length", [0.001, 10.0])
+def test_the_farthest_jumps_end_on_the_workpiece(work, whose, base, length):
+    whole = work.whole(smoothing={whose: base})
+    for _ in range(3):
+        shown = work.preview(smoothing={whose: length})
+    for one, before in zip(shown.passes, whole.passes, strict=True):
+        assert np.abs(one.strip.points - before.strip.points).max() < one.strip.s[-1]
+        assert np.isfinite(one.residuals).any()
+
+
+def test_what_cannot_be_led_to_is_done_wholly(work, monkeypatch):
+    def beyond(*_):
+        raise np.linalg.LinAlgError("not definite")
+
+    monkeypatch.setattr(room, "follow", beyond)
+    same(work.preview(smoothing={"P1": 0.1}), work.fresh(smoothing={"P1": 0.1}))
+
+
 def test_a_great_way_is_gone_in_steps(work):
     """From fine to far too smooth and back again: it finds the way back."""
     first = work.preview(smoothing={"P2": 0.06})

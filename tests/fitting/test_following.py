@@ -129,3 +129,9 @@ def test_held_columns_and_a_new_factor_lead_to_the_same(minimum, factors, monkey
         state, _ = follow(stand(minimum.problem, minimum.state), smoothing)
         steps.append(curves(minimum.problem, state))
     np.testing.assert_allclose(steps[0], steps[1], atol=1e-9)
+
+
+def test_what_leads_nowhere_is_refused(minimum, monkeypatch):
+    monkeypatch.setattr(following, "LOST", 1e-6)
+    with pytest.raises(np.linalg.LinAlgError, match="turns a strip"):
+        follow(stand(minimum.problem, minimum.state), to(minimum, (1, 1.2, 1)))

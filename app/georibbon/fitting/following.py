@@ -27,6 +27,8 @@ from georibbon.fitting.joint import JointProblem, State, equations, moved
 from georibbon.fitting.strip import prior
 
 FAR = float(np.radians(1.0))  # a turn beyond which the equations are made anew
+LOST = 1.0  # radians: what still turns by so much with fresh equations is nowhere near
+DAMPING = 1e-9  # of the diagonal: a roughness beyond all readings leaves it no digits to spare
 FEW = 3  # passes of which columns are held: beyond, the factor is sooner made anew
 
 
@@ -47,7 +49,7 @@ class Foothold:
     @cached_property
     def factor(self) -> BlockFactor:
         """The factor of the normal matrix."""
-        return factorise(self.matrix)
+        return factorise(self.matrix.damped(DAMPING))
 
     @cached_property
     def step(self) -> list[FloatArray]:
@@ -71,16 +73,24 @@ def stand(problem: JointProblem, state: State) -> Foothold:
 
 
 def follow(foothold: Foothold, smoothing: FloatArray) -> tuple[State, Foothold]:
-    """The state for another smoothing (p,), and the foothold to go on from."""
+    """The state for another smoothing (p,), and the foothold to go on from.
+
+    Raises `numpy.linalg.LinAlgError` where the way is too far for that.
+    """
     state, turn = _step(foothold, smoothing)
     if turn > FAR:
         foothold = stand(replace(foothold.problem, smoothing=smoothing), state)
-        state, _ = _step(foothold, smoothing)
+        state, turn = _step(foothold, smoothing)
+    if not turn < LOST:  # NaN is lost too
+        raise np.linalg.LinAlgError(f"a step turns a strip about by {turn:.1f} radians")
     return state, foothold
 
 
 def _step(foothold: Foothold, smoothing: FloatArray) -> tuple[State, float]:
-    """The state after one step, and by how much at most, radians, it turns a strip about."""
+    """The state after one step, and by how much at most, radians, it turns a strip about.
+
+    A start point that moves by the ribbon's length counts as a radian.
+    """
     problem = foothold.problem
     changed = [int(k) for k in np.flatnonzero(smoothing != problem.smoothing)]
     more = prior(problem.grid, problem.times * (smoothing - problem.smoothing))
@@ -125,7 +135,7 @@ def _by_factor(
     for k, block in added.items():
         matrix.blocks[k, k] = matrix.blocks[k, k] + block
         right[k] = right[k] - pulled[k]
-    return factorise(matrix).solve(right)
+    return factorise(matrix.damped(DAMPING)).solve(right)
 
 
 def _turn(problem: JointProblem, step: list[FloatArray]) -> float:
@@ -135,4 +145,5 @@ def _turn(problem: JointProblem, step: list[FloatArray]) -> float:
     rates = passes[:, 3 : 3 + 2 * k].reshape(len(passes), 2, k)
     along = np.cumsum((rates @ problem.grid.mean.T) * problem.grid.steps, axis=2)
     start = np.abs(passes[:, :3]).max(axis=1)
-    return float((start + np.abs(along).max(axis=(1, 2))).max())
+    shift = np.abs(passes[:, -3:]).max(axis=1) / problem.grid.nodes[-1]
+    return float((start + shift + np.abs(along).max(axis=(1, 2))).max())
