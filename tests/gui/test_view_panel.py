@@ -178,7 +178,12 @@ def test_a_section_has_a_profile_and_can_be_had_as_a_file(both, qtbot):
 
 
 def test_what_to_compare_with_is_asked_for(both, qtbot):
-    _, panel = both
+    view, panel = both
+    view.set_colouring("deviation")
+    assert "Choose below" in panel.meaning.text()
+    view.set_deviation(np.zeros(len(RESULT.surface.mesh.vertices)), "from A")
+    assert "compared" in panel.meaning.text()
+    assert "Choose" not in panel.meaning.text()
     for button, signal in (
         (panel.from_session, panel.deviation_from_session),
         (panel.from_mesh, panel.deviation_from_mesh),

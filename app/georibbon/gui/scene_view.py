@@ -218,6 +218,15 @@ class _View:
         self._deviation, self._deviation_words = values, words
         self._restyle()
 
+    @property
+    def has_deviation(self) -> bool:
+        """Whether there are deviations of the mesh that is shown."""
+        surface = None if self._reconstruction is None else self._reconstruction.surface
+        values = self._deviation
+        return (
+            surface is not None and values is not None and len(values) == len(surface.mesh.vertices)
+        )
+
     def set_shown(self, part: str, shown: bool) -> None:
         """Show one of PARTS, or hide it."""
         if part not in PARTS:

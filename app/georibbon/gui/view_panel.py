@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -15,8 +15,6 @@ from PySide6.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
     QLabel,
-    QListWidget,
-    QListWidgetItem,
     QPushButton,
     QScrollArea,
     QSizePolicy,
@@ -25,13 +23,13 @@ from PySide6.QtWidgets import (
 )
 
 from georibbon.gui.language import N_, tr
-from georibbon.gui.measure_words import distance_words, pick_words, section_words
+from georibbon.gui.measure_list import Results
 from georibbon.gui.parts import Parts
 from georibbon.gui.units import Units
 
 if TYPE_CHECKING:
     from georibbon.gui.scene_view import ImageView, SceneView
-    from georibbon.scene.measuring import Distance, Pick, Section
+    from georibbon.scene.measuring import Section
 
 # Mode, what it is called, what it says, the unit of its range ("" for a length, None for none).
 _COLOURINGS = (
@@ -134,9 +132,19 @@ class ViewPanel(QScrollArea):
         self.meaning = QLabel()
         self.meaning.setWordWrap(True)
         grid.addWidget(self.meaning, 1, 0, 1, 2)
+        grid.addWidget(self._make_fixed(), 2, 0)
+        grid.addLayout(self._make_bounds(), 2, 1)
+        grid.addWidget(QLabel(tr("Deviation")), 3, 0)
+        grid.addLayout(self._make_comparing(), 3, 1)
+        return box
+
+    def _make_fixed(self) -> QCheckBox:
         self.fixed = QCheckBox(tr("Fi&xed range"))
         self.fixed.setToolTip(tr("Keep the range, to compare one state with another"))
         self.fixed.clicked.connect(self._fix)
+        return self.fixed
+
+    def _make_bounds(self) -> QHBoxLayout:
         self.low, self.high = _Bound(tr("Lowest value")), _Bound(tr("Highest value"))
         for bound in (self.low, self.high):
             bound.valueChanged.connect(self._typed)
@@ -144,8 +152,9 @@ class ViewPanel(QScrollArea):
         bounds.addWidget(self.low, 1)
         bounds.addWidget(QLabel(tr("to")))
         bounds.addWidget(self.high, 1)
-        grid.addWidget(self.fixed, 2, 0)
-        grid.addLayout(bounds, 2, 1)
+        return bounds
+
+    def _make_comparing(self) -> QHBoxLayout:
         self.from_session = QPushButton(tr("From a sess&ion…"))
         self.from_session.setToolTip(tr("Colour by the distance from another session's surface"))
         self.from_session.clicked.connect(self.deviation_from_session)
@@ -155,9 +164,7 @@ class ViewPanel(QScrollArea):
         buttons = QHBoxLayout()
         buttons.addWidget(self.from_session)
         buttons.addWidget(self.from_mesh)
-        grid.addWidget(QLabel(tr("Deviation")), 3, 0)
-        grid.addLayout(buttons, 3, 1)
-        return box
+        return buttons
 
     def _make_shown(self) -> QGroupBox:
         box = QGroupBox(tr("Shown"))
@@ -173,18 +180,7 @@ class ViewPanel(QScrollArea):
     def _make_tools(self) -> QGroupBox:
         box = QGroupBox(tr("Measure"))
         column = QVBoxLayout(box)
-        row = QHBoxLayout()
-        self.tools: dict[str, QPushButton] = {}
-        for tool, words, tip in _TOOLS:
-            button = QPushButton(tr(words))
-            button.setCheckable(True)
-            button.setToolTip(tr(tip))
-            button.clicked.connect(
-                lambda on, tool=tool: self._view.set_tool(tool if on else "none")
-            )
-            self.tools[tool] = button
-            row.addWidget(button)
-        column.addLayout(row)
+        column.addLayout(self._make_tool_buttons())
         self.upright = QCheckBox(tr("Sections stand up&right"))
         self.upright.setToolTip(tr("Otherwise they lie along the line of sight"))
         self.upright.setChecked(True)
@@ -198,6 +194,26 @@ class ViewPanel(QScrollArea):
         self.results.chosen.connect(self._show_profile)
         column.addWidget(self.results, 1)
         self._column, self.profile = column, None
+        column.addLayout(self._make_result_buttons())
+        self.results.filled.connect(self._follow_results)
+        self._follow_results()
+        return box
+
+    def _make_tool_buttons(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        self.tools: dict[str, QPushButton] = {}
+        for tool, words, tip in _TOOLS:
+            button = QPushButton(tr(words))
+            button.setCheckable(True)
+            button.setToolTip(tr(tip))
+            button.clicked.connect(
+                lambda on, tool=tool: self._view.set_tool(tool if on else "none")
+            )
+            self.tools[tool] = button
+            row.addWidget(button)
+        return row
+
+    def _make_result_buttons(self) -> QHBoxLayout:
         row = QHBoxLayout()
         self.copy_button = QPushButton(tr("Cop&y all"))
         self.copy_button.clicked.connect(self.copy_all)
@@ -207,10 +223,7 @@ class ViewPanel(QScrollArea):
         self.export_button.clicked.connect(self._export)
         for button in (self.copy_button, self.clear_button, self.export_button):
             row.addWidget(button)
-        column.addLayout(row)
-        self.results.filled.connect(self._follow_results)
-        self._follow_results()
-        return box
+        return row
 
     # --- what a person does ---
 
@@ -249,7 +262,9 @@ class ViewPanel(QScrollArea):
         return next(one for one in _COLOURINGS if one[0] == self._view.colouring)
 
     def _meaning(self) -> str:
-        words = self._entry()[2]
+        mode, _, words, _ = self._entry()
+        if mode == "deviation" and not self._view.has_deviation:
+            return tr("Choose below what this surface is to be compared with.")
         return tr(words) if words else ""
 
     def _size(self) -> float:
@@ -331,82 +346,3 @@ class _Bound(QDoubleSpinBox):
                 self.setSuffix(f" {unit}")
             if self.value() != round(value, self.decimals()):
                 self.setValue(value)
-
-
-class Results(QListWidget):
-    """What was picked and measured, the newest last.
-
-    chosen(Section | None): the section that is current, if it is one.  filled():
-    it is another list.
-    """
-
-    chosen = Signal(object)
-    filled = Signal()
-
-    def __init__(self, units: Units) -> None:
-        super().__init__()
-        self._units = units
-        self._found: list[tuple[str, Pick | Distance | Section]] = []
-        self._numbers = {"point": 0, "distance": 0, "section": 0}
-        self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
-        self.setWordWrap(True)
-        self.setAlternatingRowColors(True)
-        self.setMinimumHeight(90)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setAccessibleName(tr("Picked and measured"))
-        self.currentRowChanged.connect(lambda _row: self.chosen.emit(self.section()))
-
-    def sizeHint(self) -> QSize:
-        """A few lines, and more where there is room."""
-        return QSize(200, 90)
-
-    def add(self, found: Pick | Distance | Section) -> None:
-        """Put what was found at the end, and choose it."""
-        kind = type(found).__name__.lower().replace("pick", "point")
-        self._numbers[kind] += 1
-        titles = {"point": N_("Point {n}"), "distance": N_("Distance {n}"),
-                  "section": N_("Section {n}")}  # fmt: skip
-        self._found.append((tr(titles[kind], n=self._numbers[kind]), found))
-        self.fill()
-        self.setCurrentRow(self.count() - 1)
-        self.filled.emit()
-
-    def empty(self) -> None:
-        """Forget everything."""
-        self._found = []
-        self._numbers = dict.fromkeys(self._numbers, 0)
-        self.fill()
-        self.filled.emit()
-
-    def fill(self) -> None:
-        """Write everything anew, in the unit in use."""
-        row = self.currentRow()
-        with QSignalBlocker(self):
-            self.clear()
-            for k in range(len(self._found)):
-                self.addItem(QListWidgetItem(self._words(k)))
-            self.setCurrentRow(row)
-
-    def section(self) -> Section | None:
-        """The current entry, if it is a section."""
-        row = self.currentRow()
-        found = self._found[row][1] if 0 <= row < len(self._found) else None
-        return found if hasattr(found, "height") else None
-
-    def text(self, rows: list[int] | None = None) -> str:
-        """Some entries, or all, as text."""
-        chosen = range(len(self._found)) if rows is None else rows
-        return "\n\n".join(self._words(k) for k in chosen) + "\n"
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Copy what is chosen."""
-        if event.matches(QKeySequence.StandardKey.Copy):
-            rows = sorted(self.row(item) for item in self.selectedItems())
-            QGuiApplication.clipboard().setText(self.text(rows))
-        else:
-            super().keyPressEvent(event)
-
-    def _words(self, k: int) -> str:
-        title, found = self._found[k]
-        write = {"Pick": pick_words, "Distance": distance_words, "Section": section_words}
-        return "\n   ".join((title, *write[type(found).__name__](found, self._units)))
