@@ -36,6 +36,13 @@ def test_json_and_report_say_the_same(small_capture, surface, tmp_path, capsys):
     assert "laid onto the other first" in page.read_text(encoding="utf-8")
 
 
+def test_a_report_as_pdf(small_capture, surface, tmp_path, capsys):
+    path = tmp_path / "c.pdf"
+    assert main(["compare", str(small_capture), str(surface), "--report", str(path)]) == 0
+    assert path.read_bytes().startswith(b"%PDF-")
+    assert f"written: {path}" in capsys.readouterr().out
+
+
 def test_alignment_is_told(small_capture, surface, capsys):
     assert main(["compare", str(small_capture), str(surface), "--align"]) == 0
     assert "laid onto it first: turned 0.0" in capsys.readouterr().out
@@ -52,7 +59,7 @@ def test_a_wrong_unit_has_nothing_in_common_or_lies_far(small_capture, surface, 
         (["{surface}", "{recording}"], "a mesh file is SECOND"),
         (["{recording}", "{recording}", "--unit", "mm"], "--unit is of a mesh file"),
         (["{recording}", "nowhere"], "no such folder or file"),
-        (["{recording}", "{surface}", "--report", "c.pdf"], "expected .html or .json"),
+        (["{recording}", "{surface}", "--report", "c.txt"], "expected .html or .pdf or .json"),
     ],
 )
 def test_refusals_are_one_sentence(small_capture, surface, words, found, capsys):

@@ -9,7 +9,9 @@ import pytest
 from reportlab.platypus import KeepTogether, Paragraph, Table
 
 import synthetic
-from georibbon.export import figures, pdf
+from georibbon.export import comparison_pdf, figures, pdf
+from georibbon.export.comparison import Other, compare, comparison_data
+from georibbon.export.comparison_pdf import comparison_story
 from georibbon.export.pdf_pages import plain, table, text, use_fonts
 from georibbon.export.report import report_data, report_html, write_report
 from georibbon.notices import Notice
@@ -26,6 +28,7 @@ DRAWN = figures.plan_figure(RESULT, "png")
 def one_drawing(monkeypatch):
     """One drawing in the place of all, which are other tests' matter."""
     monkeypatch.setattr(pdf, "scene_picture", lambda _result, _size: DRAWN)
+    monkeypatch.setattr(comparison_pdf, "deviation_picture", lambda _comparison, _first: DRAWN)
     for name in ("plan_figure", "profiles_figure", "residuals_figure"):
         monkeypatch.setattr(pdf.figures, name, lambda _result, _form="svg": DRAWN)
 
@@ -143,3 +146,25 @@ def test_drawings_as_pictures_are_the_same_for_the_same_result(monkeypatch):
     assert one == two
     assert one.startswith(b"\x89PNG")
     assert zlib.crc32(one) != zlib.crc32(figures.plan_figure(RESULT, "png"))
+
+
+def test_a_comparison_says_what_its_page_says():
+    other = Other("other <b>", RESULT.surface.mesh, replace(RESULT, passes=RESULT.passes[1:]))
+    found = compare(RESULT, "one", other, aligned=True)
+    data = comparison_data(found, RESULT)
+    story = comparison_story(found, RESULT, data, "one from other <b>", "now")
+    told = " ".join(words_in(story))
+    assert "one from other <b>" in told
+    assert "laid onto the other first: turned 0.000°" in told
+    assert "Root mean square 0.000 mm" in told
+    assert "Covered by the other 100.0 %" in told
+    assert "P1 ✔ good" in told
+    assert "– – –" in told
+
+
+def test_a_comparison_with_nothing_in_common_says_so():
+    mesh = RESULT.surface.mesh
+    found = compare(RESULT, "one", Other("far", replace(mesh, vertices=mesh.vertices + 9.0)))
+    data = comparison_data(found, RESULT)
+    story = comparison_story(found, RESULT, data, "one", "now")
+    assert "The two have no place in common." in words_in(story)

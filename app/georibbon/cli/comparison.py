@@ -52,7 +52,7 @@ def configure(_name: str, parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--report", metavar="FILE", type=Path, action="append", default=[],
-        help=".html for people, .json for programs; may be repeated",
+        help=".html or .pdf for people, .json for programs; may be repeated",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
     )
 
     for path in arguments.report:
-        require_ending(path, (".html", ".json"), "a comparison")
+        require_ending(path, (".html", ".pdf", ".json"), "a comparison")
     if arguments.unit and not is_mesh_file(arguments.second):
         raise SettingsError("--unit is of a mesh file; sessions and recordings know their own")
     inputs = (arguments.first, arguments.second)
@@ -92,14 +92,21 @@ def _write(
 ) -> None:
     from georibbon.export.files import write_whole
 
-    if path.suffix.lower() == ".json":
+    ending = path.suffix.lower()
+    if ending == ".json":
         text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    else:
-        with signals_held():
+        write_whole(place, text.encode("utf-8"))
+        return
+    with signals_held():
+        if ending == ".pdf":
+            from georibbon.export.comparison_pdf import comparison_pdf
+
+            whole = comparison_pdf(found, first, data)
+        else:
             from georibbon.export.comparison_page import comparison_html
 
-            text = comparison_html(found, first, data)
-    write_whole(place, text.encode("utf-8"))
+            whole = comparison_html(found, first, data).encode("utf-8")
+    write_whole(place, whole)
 
 
 def lines(data: dict[str, Any]) -> list[str]:
