@@ -12,6 +12,7 @@ from georibbon.reconstruction import Reconstruction
 from georibbon.resources import resource
 
 _SIZE = (1600, 1000)
+_FONT_SIZE = 23  # pixels, as in the report's picture
 
 
 def comparison_html(
@@ -63,7 +64,8 @@ def deviation_picture(comparison: Comparison, first: Reconstruction) -> bytes:
     from georibbon.scene.scene import Scene
 
     look = Look("deviation", deviation=comparison.values)
-    scene = Scene(first, font_size=round(min(_SIZE[1], _SIZE[0] / 1.6) / 44), look=look)
+    scene = Scene(first, font_size=_FONT_SIZE, look=look)
+    scene.frame(_SIZE[0] / _SIZE[1])
     return png(drawn(scene, _SIZE))
 
 
