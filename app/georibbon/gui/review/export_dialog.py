@@ -132,6 +132,7 @@ class ExportDialog(QDialog):
         self.thickness.setAccessibleName(tr("Thickness of the solid"))
         self.place = QLineEdit()
         self.browse = QPushButton(tr("&Browse…"))
+        self.browse.setAutoDefault(False)  # Return writes
         self.told = ToldLine()
         self.progress = QProgressBar()
         self.progress.setRange(0, 0)
