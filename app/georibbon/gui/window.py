@@ -54,6 +54,7 @@ from georibbon.gui.view_panel import ViewPanel
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
+    from georibbon.gui.review.compare_window import CompareWindow
 
 BUSY_AFTER_MS = 250  # what takes no longer needs no telling
 CAPTURING = ("calibrate", "capture")  # the pages of a capture
@@ -233,6 +234,8 @@ class MainWindow(QMainWindow):
         self.station.disconnected.connect(self._show_steps)
         self._connect_capture()
         self.results.summarised.connect(self.summary.setText)
+        self.view_panel.deviation_from_session.connect(lambda: self.compare().ask_for_session())
+        self.view_panel.deviation_from_mesh.connect(lambda: self.compare().ask_for_mesh())
 
     def _connect_capture(self) -> None:
         capture, document = self.capture, self.document
@@ -347,17 +350,26 @@ class MainWindow(QMainWindow):
         self.view.set_tool(tool)
         self.view.setFocus()
 
-    def export(self) -> None:
-        """Write what is open in another form."""
+    def export(self, kind: str) -> None:
+        """Write what is open in another form; kind: as the dialog names it."""
         from georibbon.gui.review.export_dialog import ExportDialog
 
-        ExportDialog(self.parts, self).open()
+        ExportDialog(self.parts, self, kind).open()
 
-    def compare(self) -> None:
+    def compare(self) -> CompareWindow:
         """Lay another session or a mesh beside what is open."""
         from georibbon.gui.review.compare_window import CompareWindow
 
-        CompareWindow(self.parts, self).show()
+        window = CompareWindow(self.parts, self)
+        window.compared.connect(self._show_deviation)
+        window.show()
+        return window
+
+    @Slot(object, str)
+    def _show_deviation(self, values: object, words: str) -> None:
+        """What was compared colours the view here too."""
+        self.view.set_deviation(values, words)
+        self.view.set_colouring("deviation")
 
     def choose_calibration(self) -> None:
         """Reconstruct with another calibration."""

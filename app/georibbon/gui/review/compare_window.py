@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QStandardPaths, Qt
+from PySide6.QtCore import QStandardPaths, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -37,8 +37,11 @@ FINEST, COARSEST = 1e-5, 0.1
 class CompareWindow(QMainWindow):
     """What is open on the left, another session, recording or mesh file on the right.
 
-    Nothing is written to either.
+    Nothing is written to either.  compared(values, words): the deviation of every
+    vertex of what is open, (n,) metres, and from what.
     """
+
+    compared = Signal(object, str)
 
     def __init__(self, parts: Parts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -81,9 +84,9 @@ class CompareWindow(QMainWindow):
         self.choose = QPushButton(tr("&Compare with"))
         menu = QMenu(self.choose)
         for text, slot in (
-            (tr("Another &session…"), self._ask_session),
+            (tr("Another &session…"), self.ask_for_session),
             (tr("A recording &folder…"), self._ask_folder),
-            (tr("A &mesh file…"), self._ask_mesh),
+            (tr("A &mesh file…"), self.ask_for_mesh),
         ):
             action = QAction(text, menu)
             action.triggered.connect(slot)
@@ -187,13 +190,15 @@ class CompareWindow(QMainWindow):
 
     # What a person asks for
 
-    def _ask_session(self) -> None:
+    def ask_for_session(self) -> None:
+        """Compare with a session that a person chooses."""
         self._take(self.ask_session(self, self._folder()))
 
     def _ask_folder(self) -> None:
         self._take(self.ask_folder(self, self._folder()))
 
-    def _ask_mesh(self) -> None:
+    def ask_for_mesh(self) -> None:
+        """Compare with a mesh file that a person chooses."""
         self._take(self.ask_mesh(self, self._folder()))
 
     def _folder(self) -> Path:
@@ -310,6 +315,7 @@ class CompareWindow(QMainWindow):
         self._show_second(self._comparison.motion)
         words = tr("from {name}", name=self._comparison.other.name)
         self.first.set_deviation(self._comparison.values, words)
+        self.compared.emit(self._comparison.values, words)
         self.table.show_pairs(pass_pairs(result, self._comparison.other.result))
         self._colour()
         self._tell_figures()
