@@ -32,12 +32,50 @@ KEYWORDS = {"tr": 1, "trn": 2, "N_": 1}  # how many of what is given are texts
 # The rooms whose sentences a person reads in the window.
 ROOMS = (
     "calibration", "capture", "device", "export", "fitting", "geometry", "session", "virtual",
-    "reconstruction.py", "recording.py", "ribbon.py", "simulation",
+    "reconstruction.py", "recording.py", "ribbon.py", "simulation", "scene", "resources.py",
+)  # fmt: skip
+# What sentences are filled in with or joined by, too short to be known for words by itself.
+SHORT = (
+    "{0}: {1}", "{0}; {1}", "{0}, {1}", "{0} and {1}", "{0} or {1}", "{0} to {1}",
+    "{0}, with {1}", "{0} ({1})",
+    "accelerometer", "magnetometer", "sensor", "mark", "distance", "crossing", "pass", "passes",
+    "tie", "pose", "entry", "entries", "north", "south", "up", "down", "start", "end", "stronger",
+    "weaker", "{0} % stronger", "{0} % weaker", "steeper", "flatter", "is", "are", "has", "have",
+    "does", "do", "es", "again",
+    "soon", "calibrated", "smoothing", "weight", "undone", "redone", "disconnected", "opening",
+    "streaming", "stalled", "first", "last",
+    "{0} byte", "{0} bytes", "{0} packet", "{0} packets", "{0} packet lost", "{0} packets lost",
+    "{0} frame", "{0} frames", "{0} event", "{0} events", "{0} piece", "{0} pieces",
+    "{0} sensor", "{0} sensors", "{0} pose", "{0} poses", "{0} pass", "{0} passes", "{0} tie",
+    "{0} ties", "{0} entry", "{0} entries", "{0} damaged", "{0} {1} damaged", ", {0} disturbed",
+    "{0} value", "{0} values", "{0} characters", "{0} more",
+    "pass {0}", "passes {0}", "pose {0}", "tie {0}", "ribbon {0}", "sensor {0}", "mark {0}",
+    "distance {0}", "crossing {0}", "pose {0} ({1})", "part {0}", "link {0}", "skipping {0}",
+    "opening {0}", "rate {0}", "stream {0}", "between {0}", "noted: {0}", "mark noted",
+    "distance noted",
+    "crossing noted", "{0} entry noted", "{0} entries noted",
+    "planned: {0}", "undone: {0}", "redone: {0}", "link {0}: {1}", "misfit {0}",
+    "misfit {0}, settling", "skipped: {0}", "survey: {0}", "{0} on {1} m", "{0} (firmware {1})",
+    " ({0} times)", " ({0}: {1} {2}, {3} expected)", "{0} in {1} s", "{0}; but {1}",
+    "{0}, line {1}", "{0}, frame {1}", "line {0}", ", line {0}", "[[{0}]] number {1}: {2}",
 )  # fmt: skip
 WORDS = re.compile(r"[a-z]{2,}[ ,;:'].*[a-z]{2,}", re.DOTALL)
 CODE = re.compile(
     r"\b(SELECT|INSERT|UPDATE|DELETE|CREATE|PRAGMA|BEGIN)\b|^\W*<|^--|\\|^(https?|file):|->"
 )
+
+# What the system says in a sentence, as a file or a port cannot be had.
+SYSTEM = (
+    "No such file or directory", "Permission denied", "No space left on device", "File exists",
+    "Is a directory", "Not a directory", "Input/output error", "Read-only file system",
+    "Disk quota exceeded", "File name too long", "Operation not permitted", "No such device",
+    "Device or resource busy", "Resource temporarily unavailable", "Too many open files",
+    "Connection refused", "Connection reset by peer", "Connection timed out", "timed out",
+    "Network is unreachable", "No route to host", "Name or service not known", "Broken pipe",
+    "Address already in use", "Directory not empty", "disk I/O error", "database is locked",
+    "database disk image is malformed", "file is not a database", "unable to open database file",
+    "attempt to write a readonly database", "database or disk is full",
+)  # fmt: skip
 
 
 def texts_of_window() -> Catalog:
@@ -63,6 +101,8 @@ def _marked(node: ast.AST) -> tuple[str, ...]:
 def sentences_of_core() -> Catalog:
     """The patterns of the sentences in the core's rooms."""
     catalogue = Catalog(charset="utf-8")
+    for short in (*SHORT, *SYSTEM):
+        catalogue.add(short)
     for room in ROOMS:
         place = SOURCES / room
         for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
@@ -89,7 +129,7 @@ def _patterns(tree: ast.Module) -> Iterator[str]:
             if _is_sentence(pattern):
                 yield pattern
         elif _is_words(node):
-            yield node.value
+            yield str(node.value)
 
 
 def _is_words(node: ast.AST) -> TypeGuard[ast.Constant]:
@@ -126,14 +166,16 @@ def merged(catalogue: Catalog, path: Path, language: str) -> Catalog:
     for message in sorted(catalogue, key=_order):
         if message.id:
             there = known.get(message.id)
-            alike = there is not None and there.pluralizable == message.pluralizable
-            new.add(message.id, string=there.string if alike else None)
+            if there is None or there.pluralizable != message.pluralizable:
+                new.add(message.id)
+            else:
+                new.add(message.id, string=there.string)
     new.mime_headers[:] = []
     return new
 
 
 def _order(message: Message) -> str:
-    return message.id[0] if isinstance(message.id, tuple) else message.id
+    return message.id if isinstance(message.id, str) else message.id[0]
 
 
 def as_po(catalogue: Catalog) -> bytes:

@@ -8,36 +8,33 @@ catalogues are in `resources/translations`; what one lacks stays English.
 
 import gettext
 import json
-import re
 from functools import lru_cache
 
+from georibbon.gui.patterns import Recogniser
 from georibbon.resources import resource
 
 LANGUAGES = {"en": "English", "fr": "Français"}
 DOMAIN = "georibbon"
-DEEPEST = 5  # sentences within sentences
-_SLOT = re.compile(r"\{(\d+)\}")
-Pattern = tuple[re.Pattern[str], str]
 
 _catalogue: gettext.NullTranslations = gettext.NullTranslations()
-_patterns: list[Pattern] = []
+_recogniser: Recogniser | None = None
 
 
 def use(language: str) -> None:
     """Take up a language of `LANGUAGES`; English for any other."""
-    global _catalogue, _patterns  # noqa: PLW0603 - one language for the whole window
-    _catalogue, _patterns = gettext.NullTranslations(), []
+    global _catalogue, _recogniser  # noqa: PLW0603 - one language for the whole window
+    _catalogue, _recogniser = gettext.NullTranslations(), None
     if language in LANGUAGES and language != "en":
         folder = resource("translations")
         _catalogue = gettext.translation(DOMAIN, folder, [language])
         kept = (folder / language / "sentences.json").read_text(encoding="utf-8")
-        _patterns = patterns(json.loads(kept))
+        _recogniser = Recogniser(json.loads(kept))
     _translated.cache_clear()
 
 
 def tr(text: str, /, **values: object) -> str:
     """A text in the language in use, its {names} filled in."""
-    translated = _catalogue.gettext(text)
+    translated = _catalogue.gettext(text) if text else ""  # of "" it has its own header
     return translated.format(**values) if values else translated
 
 
@@ -53,35 +50,9 @@ def N_(text: str) -> str:
 
 def sentence(text: str) -> str:
     """A sentence of the core in the language in use; as it is where its pattern is not known."""
-    return _translated(text, 0) if _patterns else text
-
-
-def patterns(translations: dict[str, str]) -> list[Pattern]:
-    """What recognises the sentences, the most telling first.
-
-    translations: from English to another language, both with {0}, {1}, ... for
-    what differs from one sentence to the next.
-    """
-    literal = sorted(translations, key=lambda one: -len(_SLOT.sub("", one)))
-    return [(_recogniser(english), translations[english]) for english in literal]
-
-
-def _recogniser(english: str) -> re.Pattern[str]:
-    parts = _SLOT.split(english)
-    text = "".join(
-        re.escape(part) if i % 2 == 0 else f"(?P<slot{part}>.+?)" for i, part in enumerate(parts)
-    )
-    return re.compile(text, re.DOTALL)
+    return text if _recogniser is None else _translated(text)
 
 
 @lru_cache(maxsize=2000)
-def _translated(text: str, depth: int) -> str:
-    if depth < DEEPEST:
-        for recogniser, translation in _patterns:
-            found = recogniser.fullmatch(text)
-            if found is not None:
-                return _SLOT.sub(
-                    lambda slot: _translated(found[f"slot{slot[1]}"], depth + 1),  # noqa: B023
-                    translation,
-                )
-    return text
+def _translated(text: str) -> str:
+    return text if _recogniser is None else _recogniser.translated(text)
