@@ -351,3 +351,14 @@ def test_a_double_click_shows_everything_again(panel, qtbot):
     qtbot.mouseDClick(view, Qt.MouseButton.LeftButton, pos=at)
     qtbot.mouseRelease(view, Qt.MouseButton.LeftButton, pos=at)
     qtbot.waitUntil(lambda: np.allclose(box.viewRange()[0], whole, atol=1))
+
+
+def test_titles_stand_above_the_plots_where_no_curve_runs(panel):
+    panel.resize(600, 220)
+    QApplication.processEvents()
+    for row in panel.rows:
+        title = row.title.mapRectToScene(row.title.itemRect())
+        plot = row.plot.getViewBox().sceneBoundingRect()
+        assert title.bottom() <= plot.top() + 1
+        assert plot.height() > title.height()
+        assert row.title.text

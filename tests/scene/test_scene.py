@@ -17,7 +17,7 @@ from georibbon.export.picture import write_picture
 from georibbon.scene import egl
 from georibbon.scene.arrays import from_vtk
 from georibbon.scene.colours import MARK, TIE, quantity_table
-from georibbon.scene.offscreen import offscreen_window, render
+from georibbon.scene.offscreen import drawn, offscreen_window, render
 from georibbon.scene.scene import Scene
 from georibbon.scene.text import plain_label
 
@@ -230,3 +230,20 @@ def test_a_system_that_cannot_draw_is_told_what_to_install(monkeypatch, library,
             egl.require_egl()
     finally:
         egl._missing.cache_clear()
+
+
+@pytest.mark.parametrize("width", [300, 480])
+def test_the_key_keeps_within_the_picture_however_narrow(width):
+    picture = render(RESULT, (width, 360))
+    assert coloured(picture[:, -2:]).mean() == 0.0
+    key = picture[int(0.63 * 360) :, int(0.5 * width) :]
+    words = near(key, MARK, 60) & coloured(key)
+    assert words.any()
+    assert not words[:, -4:].any()
+
+
+@pytest.mark.parametrize(("height", "left"), [(480, 0.82), (180, 0.0)])
+def test_the_axes_give_way_to_the_key_in_a_low_picture(height, left):
+    scene = Scene(RESULT)
+    drawn(scene, (480, height))
+    assert scene.overlay.GetViewport()[0] == pytest.approx(left)

@@ -39,7 +39,7 @@ from georibbon.scene.labels import short_name
 
 KEPT = "curves/quantities"  # in the settings
 _DASHES = ((), (10, 5), (4, 4), (12, 4, 3, 4))  # in pixels; () for a whole line
-_SIGNS = ("───", "─ ─", "- - -", "─ · ─")
+_SIGNS = ("───", "─ ─", "╌╌╌", "─ · ─")  # a line of words is never broken within
 _MOST_NAMED = 12
 _STEP = 0.01  # of the length, by which a key moves the cursor
 _ID = Qt.ItemDataRole.UserRole
@@ -188,13 +188,16 @@ class CurvePanel(QWidget):
         words = QHBoxLayout()
         words.addWidget(self.legend, 1)
         words.addWidget(self.told)
-        words.addWidget(self.copy_button)
         right.addLayout(words)
         right.addWidget(self.reading)
+        left = QVBoxLayout()
+        left.setSpacing(4)
+        left.addWidget(self.choice, 1)
+        left.addWidget(self.copy_button)
         whole = QHBoxLayout(self)
         whole.setContentsMargins(6, 6, 6, 6)
         whole.setSpacing(6)
-        whole.addWidget(self.choice)
+        whole.addLayout(left)
         whole.addLayout(right, 1)
 
     def _chosen(self, _item: QListWidgetItem) -> None:

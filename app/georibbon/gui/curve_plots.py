@@ -13,8 +13,9 @@ from georibbon.gui.theme import Colours
 
 _AXIS_WIDTH = 52  # px, alike in all rows, so that the same place stands above itself
 _ROOM = 0.08  # of the height, left free above and below
-_TITLE = 0.25  # of the height, for the title
 _FULL = 0.35  # of the height is to be used, or the plot is fitted anew
+_DENSITY = 0.6  # of the numbers beside a plot, which is low
+_BELOW = 37  # px, for numbers and words under the last plot
 _STEM_ROOM = 0.8  # of the way from sensor to sensor
 
 
@@ -47,9 +48,9 @@ class Row:
             plot.addItem(item, ignoreBounds=True)
         self.cursor.hide()
         self.spot.hide()
-        self.title = pg.LabelItem(justify="left")
-        self.title.setParentItem(plot.getViewBox())
-        self.title.anchor(itemPos=(0, 0), parentPos=(0, 0), offset=(4, -2))
+        self.title = plot.titleLabel  # above the plot, where no curve runs
+        self.title.setAttr("justify", "left")
+        self.title.item.document().setDocumentMargin(0)
         self._set_up()
 
     def _set_up(self) -> None:
@@ -61,6 +62,7 @@ class Row:
         box.disableAutoRange()
         box.sigRangeChanged.connect(self._draw_grid)
         plot.getAxis("left").setWidth(_AXIS_WIDTH)
+        plot.getAxis("left").setTickDensity(_DENSITY)
         for name in ("left", "bottom"):
             plot.getAxis(name).enableAutoSIPrefix(False)
             plot.getAxis(name).setStyle(maxTickLevel=0)
@@ -115,10 +117,14 @@ class Row:
 
     def label(self, title: str, below: str, colour: str) -> None:
         """The title, and what stands under the plot; "" for a plot that others stand under."""
-        self.title.setText(title, color=colour)
+        size = f"{self.plot.font().pointSizeF():g}pt"
+        self.plot.setTitle(title, color=colour, size=size)
+        height = self.title.itemRect().height()
+        self.title.setMaximumHeight(height)
+        self.plot.layout.setRowFixedHeight(0, height)
         bottom = self.plot.getAxis("bottom")
         bottom.setStyle(showValues=bool(below))
-        bottom.setHeight(None if below else 6)
+        bottom.setHeight(_BELOW if below else 6)
         self.plot.setLabel("bottom", below)
         bottom.showLabel(bool(below))
 
@@ -145,7 +151,7 @@ class Row:
         low, high = float(whole.min()), float(whole.max())
         if not _fits(low, high, self._heights):
             room = _ROOM * (high - low) or max(abs(high) * _ROOM, 1e-9)
-            self._heights = (low - room, high + _TITLE * (high - low) + room)
+            self._heights = (low - room, high + room)
             self.plot.getViewBox().setYRange(*self._heights, padding=0)
 
     def _draw_grid(self, *_: object) -> None:

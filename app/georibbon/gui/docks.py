@@ -49,7 +49,7 @@ class Docks:
         beside = [by_name["passes"], by_name["notices"]]
         window.resizeDocks(beside, [460, 460], Qt.Orientation.Horizontal)
         window.resizeDocks(beside, [520, 200], Qt.Orientation.Vertical)
-        window.resizeDocks([by_name["curves"]], [270], Qt.Orientation.Vertical)
+        window.resizeDocks([by_name["curves"]], [290], Qt.Orientation.Vertical)
 
     def see(self, seen: bool) -> None:
         """Show those that a person wants, or none."""

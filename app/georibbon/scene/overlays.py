@@ -11,6 +11,9 @@ from georibbon.scene.colours import Colour
 from georibbon.scene.text import style
 
 _COLUMN = 0.82  # where it begins, as a share of the width
+_KEY_TOP = 0.37  # as a share of the height
+_LEADING = 1.55  # from line to line, in heights of the letters
+_AXES_TOP = 0.2  # of the corner of the axes
 
 
 class ScalarBar:
@@ -55,7 +58,7 @@ class Key:
         self._renderer, self._font_size = renderer, font_size
         self._top = vtkCoordinate()
         self._top.SetCoordinateSystemToNormalizedViewport()
-        self._top.SetValue(_COLUMN, 0.37)
+        self._top.SetValue(_COLUMN, _KEY_TOP)
         self._actors: list[vtkTextActor] = []
 
     def show(self, lines: Sequence[tuple[str, Colour]]) -> None:
@@ -68,12 +71,28 @@ class Key:
             actor.SetInput(text)
             style(actor.GetTextProperty(), self._font_size, colour)
 
+    def follow(self) -> float:
+        """Stand so far from the right edge that the longest line fits a narrow picture.
+
+        How high above the picture's foot the last line ends, as a share of its height.
+        """
+        seen = [actor for actor in self._actors if actor.GetVisibility()]
+        size, widest = [0.0, 0.0], 0.0
+        for actor in seen:
+            actor.GetSize(self._renderer, size)
+            widest = max(widest, size[0])
+        width, height = (size or 1 for size in self._renderer.GetSize())
+        left = min(_COLUMN, max(0.0, 1.0 - (widest + self._font_size / 2) / width))
+        if left != self._top.GetValue()[0]:
+            self._top.SetValue(left, _KEY_TOP)
+        return _KEY_TOP - _LEADING * self._font_size * len(seen) / height
+
     def _line(self, index: int) -> vtkTextActor:
         actor = vtkTextActor()
         place = actor.GetPositionCoordinate()
         place.SetReferenceCoordinate(self._top)
         place.SetCoordinateSystemToViewport()
-        place.SetValue(0, -1.55 * self._font_size * (index + 0.5))
+        place.SetValue(0, -_LEADING * self._font_size * (index + 0.5))
         self._renderer.AddViewProp(actor)
         return actor
 
@@ -119,7 +138,17 @@ def axes_renderer(
     axes.SetYAxisLabelText("y")
     axes.SetZAxisLabelText("z")
     renderer = vtkRenderer()
-    renderer.SetViewport(_COLUMN, 0.0, 1.0, 0.2)
+    place_axes(renderer, _AXES_TOP)
     renderer.InteractiveOff()
     renderer.AddActor(axes)
     return renderer
+
+
+def place_axes(renderer: vtkRenderer, free: float) -> None:
+    """Put the axes into the lower right corner, or the left where they would lie over the key.
+
+    free: how much of the height is free above the lower right corner.
+    """
+    right = free >= _AXES_TOP
+    corner = (_COLUMN, 1.0) if right else (0.0, 1.0 - _COLUMN)
+    renderer.SetViewport(corner[0], 0.0, corner[1], _AXES_TOP)

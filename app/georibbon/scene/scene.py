@@ -208,6 +208,8 @@ class Scene:
         corner.ParallelProjectionOn()
         self.overlay.ResetCamera(-0.3, 1.1, -0.3, 1.1, -0.3, 1.1)
         self._words.follow(camera)
+        if self.renderer.GetRenderWindow() is not None:
+            overlays.place_axes(self.overlay, self._key.follow())
         if self._look.colouring == "zebra":
             self._stripe()
 
