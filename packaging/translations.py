@@ -17,6 +17,7 @@ import re
 import string
 import sys
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeGuard
 
@@ -28,6 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "app" / "georibbon"
 TRANSLATIONS = ROOT / "resources" / "translations"
 LANGUAGES = ("fr",)
+MADE = datetime(2000, 1, 1, tzinfo=UTC)  # in the .mo, which must be the same for the same texts
 KEYWORDS = {"tr": 1, "trn": 2, "N_": 1}  # how many of what is given are texts
 # The rooms whose sentences a person reads in the window.
 ROOMS = (
@@ -190,8 +192,9 @@ def as_po(catalogue: Catalog) -> bytes:
 
 def as_mo(po: bytes) -> bytes:
     """What gettext reads."""
-    buffer = io.BytesIO()
-    write_mo(buffer, read_po(io.BytesIO(po)))
+    buffer, catalogue = io.BytesIO(), read_po(io.BytesIO(po))
+    catalogue.creation_date = catalogue.revision_date = MADE
+    write_mo(buffer, catalogue)
     return buffer.getvalue()
 
 

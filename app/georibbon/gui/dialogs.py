@@ -33,9 +33,7 @@ class Picture:
 
 def ask_session(parent: QWidget, folder: Path) -> Path | None:
     """A session file that is there."""
-    found, _ = QFileDialog.getOpenFileName(
-        parent, tr("Open session"), str(folder), tr(SESSIONS)
-    )
+    found, _ = QFileDialog.getOpenFileName(parent, tr("Open session"), str(folder), tr(SESSIONS))
     return Path(found) if found else None
 
 

@@ -25,6 +25,7 @@ from PySide6.QtCore import (
 )
 
 from georibbon.errors import GeoribbonError, StorageError
+from georibbon.gui.language import tr
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
@@ -196,7 +197,7 @@ class Document(QObject):
         same = here is not None and here.resolve() == path.resolve()
         if same and not self._replace(None):  # it is written by one at a time, be it ourselves
             return
-        self._ask(work, self._opened, f"reading {path.name}")
+        self._ask(work, self._opened, tr("reading {name}", name=path.name))
 
     def import_folder(self, folder: Path, target: Path) -> None:
         """Put a recording folder into a new session file, and open that."""
@@ -210,7 +211,7 @@ class Document(QObject):
             create_session(target, read_recording(folder))
             return open_source(target)
 
-        self._ask(work, self._opened, f"importing {folder.name}")
+        self._ask(work, self._opened, tr("importing {name}", name=folder.name))
 
     def open_demonstration(self, folder: Path) -> None:
         """Open the demonstration's session in a folder; it is captured there the first time."""
@@ -230,7 +231,7 @@ class Document(QObject):
 
         if self.path == folder / DEMONSTRATION and not self._replace(None):
             return
-        self._ask(work, self._opened, "capturing the virtual car bonnet")
+        self._ask(work, self._opened, tr("capturing the virtual car bonnet"))
 
     def adopt(self, session: Session) -> bool:
         """Have a session in the place of what is open; False, and nothing done, where that cannot
@@ -412,7 +413,7 @@ class Document(QObject):
 
     def reconstruct(self) -> None:
         """Bring the reconstruction up to date, refitting what has changed."""
-        self._work(_reconstructing, self._reconstructed, "reconstructing")
+        self._work(_reconstructing, self._reconstructed, tr("reconstructing"))
 
     def _work(
         self,

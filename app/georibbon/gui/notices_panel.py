@@ -3,6 +3,8 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
+from georibbon.gui.language import sentence, tr
+
 
 class NoticesPanel(QWidget):
     """A list of sentences."""
@@ -12,7 +14,7 @@ class NoticesPanel(QWidget):
         self.list = QListWidget()
         self.list.setWordWrap(True)
         self.list.setAlternatingRowColors(True)
-        self.list.setAccessibleName("Notices")
+        self.list.setAccessibleName(tr("Notices"))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -34,7 +36,12 @@ def _lines(result) -> list[str]:
     lines = []
     for one in all_notices(result):
         about = ", ".join(filter(None, (one.pass_name, one.sensor)))
-        lines.append(f"{about}: {one.message}" if about else one.message)
+        lines.append(_about(about, one.message))
     checks = () if result.surface is None else result.surface.checks
-    lines += [f"{one.where}: {one.message}" for one in checks if one.verdict != "pass"]
-    return lines or ["Nothing was ignored or assumed, and the surface passes all checks."]
+    lines += [_about(one.where, one.message) for one in checks if one.verdict != "pass"]
+    return lines or [tr("Nothing was ignored or assumed, and the surface passes all checks.")]
+
+
+def _about(what: str, message: str) -> str:
+    said = sentence(message)
+    return tr("{what}: {said}", what=sentence(what), said=said) if what else said

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from georibbon.errors import GeoribbonError
-from georibbon.gui.language import tr
+from georibbon.gui.language import sentence, tr
 
 Level = Literal["info", "warning", "error", "fault"]
 MOST_KEPT = 2000
@@ -56,7 +56,7 @@ class Notifier:
 
     def tell(self, level: Level, text: str, detail: str = "") -> None:
         """Tell something."""
-        entry = Entry(level, text, detail)
+        entry = Entry(level, sentence(text), detail)
         with self._lock:
             self._entries.append(entry)
             del self._entries[:-MOST_KEPT]

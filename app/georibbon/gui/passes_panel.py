@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from georibbon.gui.document import EVERY_PASS
-from georibbon.gui.language import N_, tr
+from georibbon.gui.language import N_, sentence, tr
 from georibbon.gui.parts import Parts
 from georibbon.gui.pass_details import PassDetails
 from georibbon.gui.smoothing import AS_ALL, AUTOMATIC, SmoothingControl
@@ -213,7 +213,7 @@ class PassesPanel(QWidget):
                 verdict = (one.quality.verdict, one.quality.reason)
                 together.setdefault(verdict, []).append(one.name)
         lines = [
-            f"{', '.join(names)}: {tr(VERDICTS[verdict])}: {reason}"
+            f"{', '.join(names)}: {tr(VERDICTS[verdict])}: {sentence(reason)}"
             for (verdict, reason), names in together.items()
         ]
         self.reasons.setText("\n".join(lines[:MOST_REASONS]))
@@ -226,7 +226,7 @@ class PassesPanel(QWidget):
         self.table.item(row, VERDICT).setIcon(_icon(quality.verdict))
         self.table.item(row, SIGMA).setText(self._units.number(rms, 1))
         for column in (NAME, VERDICT, SIGMA):
-            self.table.item(row, column).setToolTip(quality.reason)
+            self.table.item(row, column).setToolTip(sentence(quality.reason))
 
 
 def _mean(values: list[float]) -> float:

@@ -28,7 +28,7 @@ from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
 
 from georibbon.errors import ExportError
-from georibbon.gui.language import tr
+from georibbon.gui.language import sentence, tr
 from georibbon.gui.scene_tools import Tools
 from georibbon.gui.theme import theme_of
 
@@ -609,7 +609,7 @@ class ImageView(_View, QWidget):
         try:
             super()._show()
         except ExportError as error:
-            self.fault = str(error)
+            self.fault = sentence(str(error))
             self.update()
 
     def _picture(self) -> QImage:

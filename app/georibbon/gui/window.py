@@ -34,6 +34,7 @@ from georibbon.gui.docks import Docks, place_for_late
 from georibbon.gui.document import Document
 from georibbon.gui.files import Files
 from georibbon.gui.icons import icon
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.language import tr
 from georibbon.gui.log import Banner, Bell, LogPanel
 from georibbon.gui.notices_panel import NoticesPanel
@@ -271,7 +272,7 @@ class MainWindow(QMainWindow):
             return
         words = self.document.undo()
         if words:
-            self.statusBar().showMessage(tr("Undone: {what}", what=words), 5000)
+            self.statusBar().showMessage(tr("Undone: {what}", what=spoken(words)), 5000)
 
     def redo(self) -> None:
         """Do again what was undone last, and say what it was."""
@@ -280,7 +281,7 @@ class MainWindow(QMainWindow):
             return
         words = self.document.redo()
         if words:
-            self.statusBar().showMessage(tr("Done again: {what}", what=words), 5000)
+            self.statusBar().showMessage(tr("Done again: {what}", what=spoken(words)), 5000)
 
     def set_dark(self, dark: bool) -> None:
         """Dark colours, or light ones."""
@@ -519,7 +520,7 @@ class MainWindow(QMainWindow):
         )
         for name, verb, words in steps:
             action = self.actions_by_id[name]
-            action.setText(f"&{verb} {words.replace('&', '&&')}" if words else f"&{verb}")
+            action.setText(f"&{verb} {spoken(words).replace('&', '&&')}" if words else f"&{verb}")
             action.setIconText(verb)
             action.setEnabled(words is not None)
         self.actions_by_id["reset-smoothing"].setEnabled(bool(document.smoothing))
@@ -535,8 +536,7 @@ class MainWindow(QMainWindow):
 
     @Slot(str)
     def _failed(self, sentence: str) -> None:
-        self._sentence = sentence
-        self._unfitted = sentence
+        self._sentence = self._unfitted = spoken(sentence)
         self.notifier.tell("error", sentence)
 
     @Slot(object)
@@ -557,7 +557,7 @@ class MainWindow(QMainWindow):
             self._show_busy()
 
     def _show_busy(self) -> None:
-        self.doing.setText(f"{self._busy_words} …")
+        self.doing.setText(f"{spoken(self._busy_words)} …")
         self.doing.show()
         self.progress.show()
 

@@ -38,7 +38,7 @@ class StillnessRing(QWidget):
         """Show a `Stillness`, or None for none."""
         if stillness != self.stillness:
             self.stillness = stillness
-            self.setAccessibleDescription("" if stillness is None else stillness.reason)
+            self.setAccessibleDescription("" if stillness is None else told_words(stillness.reason))
             self.update()
 
     def paintEvent(self, _event) -> None:

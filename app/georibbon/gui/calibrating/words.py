@@ -84,4 +84,4 @@ def card_told(card: Card) -> str:
         pose=pose_words(card.pose),
         state=tr(STATES[card.state]),
     )
-    return f"{told}: {card.reason}" if card.reason else told
+    return f"{told}: {sentence(card.reason)}" if card.reason else told

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePol
 
 from georibbon.gui.capturing.model import Quality
 from georibbon.gui.capturing.words import VERDICT
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.language import tr
 from georibbon.gui.theme import colours_of
 
@@ -119,7 +120,7 @@ class VerdictBoard(Board):
         by = tr("{name}, with the others", name=name)
         self.what.setText(by if quality.final else tr("{name}, by itself", name=name))
         self.word.say(tr(VERDICT[quality.verdict]), TINT[quality.verdict])
-        self.why.setText(quality.reason)
+        self.why.setText(spoken(quality.reason))
 
 
 class Banner(QFrame):
@@ -142,8 +143,8 @@ class Banner(QFrame):
 
     def tell(self, sentence: str) -> None:
         """Show a sentence; nothing at all for an empty one."""
-        self.words.say(sentence, "poor")
-        self.setAccessibleName(sentence)
+        self.words.say(spoken(sentence), "poor")
+        self.setAccessibleName(spoken(sentence))
         self.setVisible(bool(sentence))
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -32,6 +32,7 @@ from georibbon.gui.capturing.words import (
     instruction,
     restless_words,
 )
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
 
@@ -423,7 +424,7 @@ class CapturingView(QWidget):
         self.scene.show_capture(CaptureDrawing(passes, drawn, neighbour))
 
     def _happened(self, happening) -> None:
-        self.told.setText(happening.message)
+        self.told.setText(spoken(happening.message))
         if happening.kind in ("taken", "held") and happening.subject is not None:
             self._taken(happening.subject)
         elif happening.kind == "refused":
@@ -455,7 +456,7 @@ class CapturingView(QWidget):
         self._show_refusal()
 
     def _show_refusal(self) -> None:
-        self.refused.say(f"✗ {self._refusal}" if self._refusal else "", "poor")
+        self.refused.say(f"✗ {spoken(self._refusal)}" if self._refusal else "", "poor")
 
     def _storage(self, *_: object) -> None:
         """What is held in memory is told as long as it is."""

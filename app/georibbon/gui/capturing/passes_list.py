@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTree
 from georibbon.gui.calibrating.signs import paint_sign
 from georibbon.gui.capturing.model import Row
 from georibbon.gui.capturing.words import KIND, STATUS, VERDICT
-from georibbon.gui.language import tr
+from georibbon.gui.language import sentence, tr
 from georibbon.gui.theme import colours_of
 
 NAME, STATE, QUALITY = range(3)
@@ -99,7 +99,7 @@ class PassesList(QTreeWidget):
             words = tr(VERDICT[quality.verdict])
             item.setText(QUALITY, words if quality.final else tr("{words}, alone", words=words))
             item.setIcon(QUALITY, self._icon(SIGN[quality.verdict]))
-        tip = row.words if quality is None else quality.reason
+        tip = sentence(row.words if quality is None else quality.reason)
         for column in (NAME, STATE, QUALITY):
             item.setToolTip(column, tip)
             font = QFont(self.font())

@@ -41,6 +41,7 @@ from georibbon.gui.capturing.latest import Latest, Stop
 from georibbon.gui.capturing.model import is_calibration
 from georibbon.gui.capturing.plan_drawing import PlanDrawing
 from georibbon.gui.language import N_, tr, trn
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.length_box import LengthBox
 from georibbon.gui.parts import Parts
 from georibbon.session.calibration_file import read_calibration
@@ -519,10 +520,10 @@ class PlanPage(QWidget):
             )
         ]
         if forecast.limits:
-            most = tr("; then ").join(one.words for one in forecast.limits[:2])
+            most = tr("; then ").join(spoken(one.words) for one in forecast.limits[:2])
             out.append(tr("What limits it most: {what}.", what=most))
         out += [
-            tr("→ {what}: {rms}", what=one.words, rms=units.text(one.rms))
+            tr("→ {what}: {rms}", what=spoken(one.words), rms=units.text(one.rms))
             for one in forecast.advice
         ]
         out.append(
@@ -531,13 +532,17 @@ class PlanPage(QWidget):
                 detail=units.text(2.0 * self.spacing.metres),
             )
         )
-        out += forecast.notices[:1]
+        out += map(spoken, forecast.notices[:1])
         source = self._source()
         by = tr("a calibration from {n} poses, as usual", n=source.poses)
         if source.calibration is not None:
             by = tr("the calibration {name}", name=source.name)
         out.append(
-            tr("Assumed: {surface}; {calibration}.", surface=forecast.assumed, calibration=by)
+            tr(
+                "Assumed: {surface}; {calibration}.",
+                surface=spoken(forecast.assumed),
+                calibration=by,
+            )
         )
         return out
 
@@ -549,10 +554,10 @@ class PlanPage(QWidget):
             self.told.setText(tr("The accuracy could not be computed; see the log."))
             return
         self.figure.say(tr("no surface from this plan"), "poor")
-        self.told.setText(str(error))
+        self.told.setText(spoken(str(error)))
 
     def _refuse(self, sentence: str) -> None:
-        self.problem.say(sentence, "poor")
+        self.problem.say(spoken(sentence), "poor")
         self.problem.setVisible(bool(sentence))
 
     # --- files and settings ---

@@ -20,6 +20,7 @@ from georibbon.capture.survey_rows import SurveyRow, make_entry, proposed
 from georibbon.gui.capturing.board import Words
 from georibbon.gui.capturing.model import CaptureModel
 from georibbon.gui.language import N_, tr, trn
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.parts import Parts
 from georibbon.gui.theme import colours_of
 
@@ -275,13 +276,13 @@ class SurveyTable(QWidget):
     def _not_yet(self, sentence: str) -> None:
         """Why there are no residuals yet."""
         outliers = sum(row.grade == "outlier" for row in self._rows)
-        words = sentence
+        words = spoken(sentence)
         if not sentence and outliers:
             words = trn("{n} outlier", "{n} outliers", outliers)
         self.state.setText(words)
 
     def _refuse(self, sentence: str) -> None:
-        self.problem.say(sentence, "poor")
+        self.problem.say(spoken(sentence), "poor")
         self.problem.setVisible(bool(sentence))
         if sentence:
             self._fill()

@@ -5,7 +5,7 @@ import math
 from georibbon.capture.beside import Beside, Hint
 from georibbon.capture.plan import tie_places
 from georibbon.gui.capturing.model import CaptureModel
-from georibbon.gui.language import N_, tr
+from georibbon.gui.language import N_, sentence, tr
 from georibbon.gui.units import Units
 
 STATUS = {"open": N_("open"), "taken": N_("taken"), "skipped": N_("left out")}
@@ -34,7 +34,7 @@ def instruction(model: CaptureModel, item, units: Units, length: float) -> str:
     if item is None:
         return tr("Enter the survey, lay further passes, or finish the capture.")
     if item.is_pose:
-        return item.words
+        return sentence(item.words)
     if item.what.kind == "tie":
         return _tie(model, item.key, units, length)
     order = model.pass_order
@@ -102,7 +102,7 @@ def restless_words(live) -> str:
     stillness, curve = live.stillness, live.curve
     if stillness is None:
         return tr("no frame has come yet")
-    words = stillness.reason
+    words = sentence(stillness.reason)
     if curve is not None and curve.disturbed:
         names = ", ".join(one.sensor for one in curve.disturbed[:6])
         more = len(curve.disturbed) - 6

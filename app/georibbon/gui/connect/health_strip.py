@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolButton, QWidget
 
 from georibbon.gui.connect.signs import SIZE, sign_icon, sign_of
 from georibbon.gui.connect.words import state_words
-from georibbon.gui.language import tr, trn
+from georibbon.gui.language import sentence, tr, trn
 from georibbon.gui.theme import colours_of
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ class HealthStrip(QToolButton):
 
     def _details(self) -> str:
         station, health = self._station, self._health
-        lines = [state_words(station.state, station.identity is not None), station.reason]
+        lines = [state_words(station.state, station.identity is not None), sentence(station.reason)]
         if station.url is not None:
             lines.append(tr("at {url}", url=station.url))
         if health is not None:

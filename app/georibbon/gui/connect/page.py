@@ -42,7 +42,7 @@ from georibbon.gui.connect.raw_view import RawView
 from georibbon.gui.connect.signs import SIZE, sign_icon, sign_of
 from georibbon.gui.connect.virtual_form import VirtualForm
 from georibbon.gui.connect.words import clock_time, state_words
-from georibbon.gui.language import N_, tr
+from georibbon.gui.language import N_, sentence, tr
 from georibbon.gui.theme import colours_of
 
 if TYPE_CHECKING:
@@ -297,13 +297,13 @@ class ConnectPage(QWidget):
         station = self._parts.station
         words = state_words(station.state, station.identity is not None)
         plain = station.state is LinkState.DISCONNECTED and not reason
-        why = tr("choose on the left where the ribbon is") if plain else reason
+        why = tr("choose on the left where the ribbon is") if plain else sentence(reason)
         self.told.setText(tr("{state}: {why}", state=words.capitalize(), why=why))
 
     def _hear(self, event: Event) -> None:
         """What the ribbon says, or what else a person should know of the connection."""
         self.said.setText(
-            tr("{time}: {message}", time=clock_time(event.time), message=event.message)
+            tr("{time}: {message}", time=clock_time(event.time), message=sentence(event.message))
         )
         self.said.show()
 

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from georibbon.errors import GeoribbonError
 from georibbon.gui.language import N_, tr
+from georibbon.gui.language import sentence as spoken
 
 if TYPE_CHECKING:
     from georibbon.capture.ledger import Happening
@@ -258,8 +259,8 @@ class VirtualHands(QWidget):
         return True
 
     def _tell(self, sentence: str) -> None:
-        self.told.setText(sentence)
-        self.told.setToolTip(sentence)
+        self.told.setText(spoken(sentence))
+        self.told.setToolTip(spoken(sentence))
         self.did.emit(sentence)
 
     # --- following ---

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
-from georibbon.gui.language import N_, tr
+from georibbon.gui.language import N_, sentence, tr
 from georibbon.gui.units import Units
 
 WORDS = {
@@ -55,7 +55,7 @@ class CompareTable(QTreeWidget):
                 item.setTextAlignment(column, _RIGHT)
             for column, fitted in ((1, pair.first), (4, pair.second)):
                 if fitted is not None:
-                    item.setToolTip(column, fitted.quality.reason)
+                    item.setToolTip(column, sentence(fitted.quality.reason))
             self.addTopLevelItem(item)
 
     def _cells(self, fitted) -> list[str]:

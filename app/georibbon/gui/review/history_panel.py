@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from georibbon.gui.language import N_, tr, trn
+from georibbon.gui.language import N_, sentence, tr, trn
 from georibbon.gui.parts import Parts
 from georibbon.gui.review.calibration_choice import CalibrationChoice
 from georibbon.gui.review.compare_table import WORDS as VERDICTS
@@ -268,7 +268,7 @@ class HistoryPanel(QWidget):
             rms = math.hypot(*sigma) / math.sqrt(len(sigma))
             self.verdict.setText(tr(VERDICTS[fitted.quality.verdict]))
             self._colour_verdict(fitted.quality.verdict)
-            self.reason.tell(fitted.quality.reason)
+            self.reason.tell(sentence(fitted.quality.reason))
             self.length.setText(units.text(float(fitted.strip.s[-1] - fitted.strip.s[0])))
             self.sigma.setText(
                 tr(
@@ -370,9 +370,10 @@ class HistoryPanel(QWidget):
         when = QLocale().toString(time, QLocale.FormatType.ShortFormat)
         of = f" ({entry.pass_name})" if entry.kind == "note" and entry.pass_name else ""
         undone = f" – {tr('taken back')}" if entry.undone else ""
-        item = QTreeWidgetItem([when, tr(KIND_WORDS[entry.kind]), f"{entry.words}{of}{undone}"])
+        words = entry.words if entry.kind == "note" else sentence(entry.words)
+        item = QTreeWidgetItem([when, tr(KIND_WORDS[entry.kind]), f"{words}{of}{undone}"])
         item.setToolTip(_WHEN, time.isoformat(" ", "milliseconds"))
-        item.setToolTip(_WORDS, entry.words)
+        item.setToolTip(_WORDS, words)
         item.setData(0, Qt.ItemDataRole.UserRole, entry.pass_name)
         if entry.undone:
             font = QFont(self.font())

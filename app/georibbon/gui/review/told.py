@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+from georibbon.gui.language import sentence as spoken
 from georibbon.gui.theme import colours_of
 
 Kind = Literal["plain", "good", "poor"]
@@ -26,7 +27,7 @@ class ToldLine(QLabel):
     def tell(self, sentence: str, kind: Kind = "plain") -> None:
         """Show a sentence; none where it is empty."""
         self._kind = kind
-        self.setText(f"{_SIGNS[kind]}{sentence}" if sentence else "")
+        self.setText(f"{_SIGNS[kind]}{spoken(sentence)}" if sentence else "")
         self._colour()
 
     def changeEvent(self, event) -> None:
