@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingAnnotation import vtkAxesActor, vtkScalarBarActor
-from vtkmodules.vtkRenderingCore import vtkCoordinate, vtkRenderer, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkCoordinate, vtkRenderer, vtkRenderWindow, vtkTextActor
 
 from georibbon.scene.colours import Colour
 from georibbon.scene.text import style
@@ -71,9 +71,10 @@ class Key:
             actor.SetInput(text)
             style(actor.GetTextProperty(), self._font_size, colour)
 
-    def follow(self) -> float:
+    def follow(self, window: vtkRenderWindow) -> float:
         """Stand so far from the right edge that the longest line fits a narrow picture.
 
+        window: that the renderer is shown in.
         How high above the picture's foot the last line ends, as a share of its height.
         """
         seen = [actor for actor in self._actors if actor.GetVisibility()]
@@ -81,7 +82,7 @@ class Key:
         for actor in seen:
             actor.GetSize(self._renderer, size)
             widest = max(widest, size[0])
-        width, height = (size or 1 for size in self._renderer.GetSize())
+        width, height = (side or 1 for side in window.GetSize())
         left = min(_COLUMN, max(0.0, 1.0 - (widest + self._font_size / 2) / width))
         if left != self._top.GetValue()[0]:
             self._top.SetValue(left, _KEY_TOP)

@@ -208,8 +208,9 @@ class Scene:
         corner.ParallelProjectionOn()
         self.overlay.ResetCamera(-0.3, 1.1, -0.3, 1.1, -0.3, 1.1)
         self._words.follow(camera)
-        if self.renderer.GetRenderWindow() is not None:
-            overlays.place_axes(self.overlay, self._key.follow())
+        window = self.renderer.GetRenderWindow()
+        if window is not None:
+            overlays.place_axes(self.overlay, self._key.follow(window))
         if self._look.colouring == "zebra":
             self._stripe()
 
