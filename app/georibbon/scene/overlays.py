@@ -13,7 +13,8 @@ from georibbon.scene.text import style
 _COLUMN = 0.82  # where it begins, as a share of the width
 _KEY_TOP = 0.37  # as a share of the height
 _LEADING = 1.55  # from line to line, in heights of the letters
-_AXES_TOP = 0.2  # of the corner of the axes
+_AXES_TOP = 0.2  # of the corner of the axes,
+_AXES_REACH = 0.15  # and how far up they reach in it
 
 
 class ScalarBar:
@@ -150,6 +151,6 @@ def place_axes(renderer: vtkRenderer, free: float) -> None:
 
     free: how much of the height is free above the lower right corner.
     """
-    right = free >= _AXES_TOP
+    right = free >= _AXES_REACH
     corner = (_COLUMN, 1.0) if right else (0.0, 1.0 - _COLUMN)
     renderer.SetViewport(corner[0], 0.0, corner[1], _AXES_TOP)
