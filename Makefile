@@ -13,13 +13,14 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
-.PHONY: help demo test benchmarks lock clean
+.PHONY: help demo test benchmarks translations lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo, shown in the window"
 	@echo "make test        style, types, import rules and all tests with their coverage"
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
+	@echo "make translations  take up the program's texts into resources/translations, and tell what lacks a translation"
 	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
 	@echo "make clean       remove build/ and caches (.venv stays)"
 
@@ -54,6 +55,9 @@ benchmarks: $(TEST)
 		echo "== $$script"; \
 		$(BIN)/python "$$script" || exit 1; \
 	done
+
+translations: $(TEST)
+	@$(BIN)/python packaging/translations.py
 
 lock: $(TEST)
 	@sh packaging/lock.sh $(ARGS)

@@ -6,7 +6,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QSocketNotifier, QThreadPool, QTimer, QtMsgType, qInstallMessageHandler
+from PySide6.QtCore import (
+    QLibraryInfo,
+    QSocketNotifier,
+    QThreadPool,
+    QTimer,
+    QtMsgType,
+    QTranslator,
+    qInstallMessageHandler,
+)
 from PySide6.QtWidgets import QApplication
 
 from georibbon import __version__
@@ -36,7 +44,7 @@ def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     notifier.install()
     qInstallMessageHandler(lambda kind, _, text: _qt_said(notifier, kind, text))
     settings = Settings(notifier=notifier)
-    language.use(settings.language)
+    take_up(application, settings.language)
     from georibbon.gui.window import MainWindow
 
     window = MainWindow(settings, notifier)
@@ -58,6 +66,18 @@ def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     notifier.uninstall()
     hard.end()
     return code
+
+
+def take_up(application: QApplication, name: str) -> None:
+    """Have the window's words, and those of the toolkit itself, in a language."""
+    language.use(name)
+    for before in application.findChildren(QTranslator):
+        application.removeTranslator(before)
+        before.deleteLater()
+    if name != "en":
+        words = QTranslator(application)
+        words.load(f"qtbase_{name}", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath))
+        application.installTranslator(words)
 
 
 def _load() -> None:
