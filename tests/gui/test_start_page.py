@@ -1,6 +1,7 @@
 """The start page, as a person begins with it."""
 
 import os
+import shutil
 import time
 
 import pytest
@@ -10,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from georibbon.gui.start_page import CARDS, SMALLER, StartPage
 from georibbon.gui.theme import COLOURS, palette
+from georibbon.session.session import Session
 
 
 @pytest.fixture
@@ -175,3 +177,16 @@ def test_the_cards_follow_the_theme(page, theme):
     image = page.buttons["open"].grab().toImage()
     middle = image.pixelColor(image.width() // 2, image.height() - 6)
     assert middle.name() == COLOURS[theme].base
+
+
+def test_what_a_crash_left_open_says_so(page, session, tmp_path):
+    with Session.open(session) as opened:
+        opened.do("note", text="in the log beside it")
+        page.show_recent([session])
+        assert "not closed" not in page.recent.item(0).text()
+        left = tmp_path / "left.georibbon"
+        for ending in ("", "-wal"):
+            shutil.copy(f"{session}{ending}", f"{left}{ending}")
+    page.show_recent([session, left])
+    assert "not closed" not in page.recent.item(0).text()
+    assert "It was not closed; what was captured is in it." in page.recent.item(1).text()

@@ -174,7 +174,9 @@ class StartPage(QWidget):
         """List what was opened last, with its place and when it was written last."""
         self.recent.clear()
         for path in paths:
-            item = QListWidgetItem(f"{path.name}\n{_when(path)}{path.parent}")
+            left = tr("It was not closed; what was captured is in it.") if _left(path) else ""
+            more = f"\n▲ {left}" if left else ""
+            item = QListWidgetItem(f"{path.name}\n{_when(path)}{path.parent}{more}")
             item.setData(Qt.ItemDataRole.UserRole, path)
             item.setToolTip(str(path))
             self.recent.addItem(item)
@@ -309,6 +311,18 @@ class _SmallButton(QPushButton):
 
     def _show_sign(self) -> None:
         self.setIcon(icon(self._sign, theme_of(self.palette())))
+
+
+def _left(path: Path) -> bool:
+    """Whether a crash left a session open: its log lies beside it, and nobody writes to it."""
+    try:
+        if not Path(f"{path.resolve()}-wal").exists():
+            return False
+        from georibbon.session.lock import holder
+
+        return holder(path) is None
+    except OSError:
+        return False
 
 
 def _when(path: Path) -> str:

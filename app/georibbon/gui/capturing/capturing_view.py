@@ -89,6 +89,7 @@ class CapturingView(QWidget):
         self.skip_button = _button(tr("&Leave out"), tr("Choosing it later brings it back"))
         self.poses_button = _button(tr("Poses as pict&ures"), tr("Go to the calibration's page"))
         self.auto = QCheckBox(tr("Take by st&illness"))
+        self.auto.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.note = QLineEdit()
         self.note.setPlaceholderText(tr("A note, kept with its time: type it and press Return"))
         self.note.setAccessibleName(tr("Note"))
