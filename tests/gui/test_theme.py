@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QRadioButton,
     QSlider,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -214,6 +215,22 @@ def test_where_the_keys_are_is_seen(app, beside, qtbot, theme):
             if after.pixel(x, y) != before.pixel(x, y)
         }  # fmt: skip
         assert link in seen, name
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("kind", [QPushButton, QToolButton])
+def test_a_button_that_is_held_down_is_seen_and_read(app, beside, theme, kind):
+    apply_theme(app, theme)
+    up, down, _ = beside(kind(), kind(), QPushButton("Other"))
+    for button in (up, down):
+        button.setFixedSize(60, 40)
+        button.setCheckable(True)
+    down.setChecked(True)
+    of = COLOURS[theme]
+    grounds = [one.grab().toImage().pixelColor(12, 20) for one in (up, down)]
+    assert sum(abs(a - b) for a, b in zip(*(one.getRgb() for one in grounds), strict=True)) > 60
+    assert contrast(of.words, grounds[1].name()) >= WORDS
+    assert contrast(frame_of(down)[0], of.window) >= SIGNS
 
 
 @pytest.mark.parametrize("theme", THEMES)

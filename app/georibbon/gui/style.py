@@ -37,6 +37,10 @@ _FOCUSED = frozenset((
 ))  # fmt: skip
 
 
+_BUTTONS = (_Primitive.PE_PanelButtonCommand, _Primitive.PE_PanelButtonTool)
+_TINT = 0.45  # of the chosen colour on a button that is held down: its words are read on it
+
+
 # Signs that Fusion draws in black, or hardly lighter than the window; ours are of a grey that
 # stands out from both themes' windows, since they are not asked for again when the theme changes.
 _SIGNS = {
@@ -60,6 +64,8 @@ class FramedStyle(QProxyStyle):
             _stroke(painter, option, option.rect, 2.0, focused=True)
             return
         super().drawPrimitive(element, option, painter, widget)
+        if element in _BUTTONS and option.state & _State.State_On:
+            _tint(painter, option)
         if element == _Primitive.PE_IndicatorRadioButton:
             _draw_round(painter, option)
         elif element in _FRAMED and not _is_flat(element, option):
@@ -96,6 +102,22 @@ def _stroke(
     _paint(
         painter, option, rect, focused, lambda inner: painter.drawRoundedRect(inner, radius, radius)
     )
+
+
+def _tint(painter: QPainter, option: QStyleOption) -> None:
+    """Show that a button is held down: in the colour of what is chosen."""
+    of = colours_of(option.palette)
+    ground = QColor(of.chosen)
+    ground.setAlphaF(_TINT if option.state & _State.State_Enabled else _TINT / 2)
+    frame = QColor(of.link)
+    if not option.state & _State.State_Enabled:
+        frame.setAlphaF(0.5)
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(frame, 1.0))
+    painter.setBrush(ground)
+    painter.drawRoundedRect(QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5), 2.0, 2.0)
+    painter.restore()
 
 
 def _draw_round(painter: QPainter, option: QStyleOption) -> None:
