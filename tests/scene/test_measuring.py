@@ -140,6 +140,14 @@ def test_two_equal_places_span_no_plane():
         ROUND.section(pick, pick)
 
 
+def test_a_section_beside_the_surface_is_refused():
+    """As through two places on the ends of ties, which reach over the border."""
+    pick = seen_from_above(ROUND, 0.0, 0.0)
+    beside = [replace(pick, position=np.array([9.0, y, 0.0]), on=None) for y in (0.0, 1.0)]
+    with pytest.raises(SurfaceError, match="does not meet the surface"):
+        ROUND.section(*beside)
+
+
 def test_a_part_that_the_section_does_not_reach_has_no_way_between():
     """Two sheets side by side: the section of one does not run on to the other."""
     sheets = [np.array([0.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.3])]

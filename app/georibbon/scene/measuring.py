@@ -147,8 +147,8 @@ class Probe:
     def section(self, first: Pick, second: Pick, sight: FloatArray | None = None) -> Section:
         """The cut through two places, upright, or along a line of sight (3,).
 
-        Raises SurfaceError where the places do not determine the plane, or where
-        there is no surface.
+        Raises SurfaceError where the places do not determine the plane, where it
+        misses the surface, as beside it on a tie, or where there is none.
         """
         mesh = self._required().mesh
         inside = UP if sight is None else unit(sight)
@@ -163,6 +163,10 @@ class Probe:
         across = np.cross(inside, normal) if sight is None else unit(apart)
         height = np.cross(normal, across)
         chains = cut(mesh, first.position, normal)
+        if not chains:
+            raise SurfaceError(
+                "the plane through the two places does not meet the surface: choose places on it"
+            )
         away = [_nearest_on(chain, first.position) for chain in chains]
         best = int(np.argmin([gap for gap, _ in away]))
         points, arc = chains[best], _arc(chains[best])
