@@ -9,8 +9,17 @@ import sys
 
 import pytest
 
-from georibbon.cli import main
-from georibbon.cli.batch import Outcome, Table, outcome_line, table_lines, tasks_of, time_words
+from georibbon.cli import build_parser, main
+from georibbon.cli.batch import (
+    Job,
+    Outcome,
+    Table,
+    _work,
+    outcome_line,
+    table_lines,
+    tasks_of,
+    time_words,
+)
 from georibbon.errors import ExportError
 from waiting import wait_until
 
@@ -203,6 +212,18 @@ def test_the_table_has_a_row_each_and_counts():
     assert lines[3].split() == ["x", "failed", *["–"] * 6]
     assert lines[-1] == "2 sources: 1 done, 1 failed"
     assert outcome_line(Outcome("x", "x", "failed", message="why")) == "x  failed: why"
+
+
+def test_a_job_that_fell_with_another_can_be_done_again(many, tmp_path):
+    """Its folder is there already, with what it had written."""
+    (task,) = tasks_of([str(many / "dome")], (".csv",))
+    words = ["batch", str(many / "dome"), "-o", str(tmp_path), "--curves"]
+    place = tmp_path / "0"
+    place.mkdir()
+    (place / "dome.csv").write_text("half a")
+    outcome = _work(Job(task, build_parser(words).parse_args(words), place))
+    assert (outcome.status, outcome.files) == ("done", ("dome.csv",))
+    assert (place / "dome.csv").read_text().startswith("pass,")
 
 
 def test_an_interrupt_keeps_what_is_done_and_leaves_no_litter(many, tmp_path):

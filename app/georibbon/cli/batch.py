@@ -345,7 +345,7 @@ def _work(job: Job) -> Outcome:
     """Do a job; runs in a process of its own."""
     task, begun = job.task, time.monotonic()
     try:
-        job.place.mkdir()
+        job.place.mkdir(exist_ok=True)  # where it fell, and is tried again, it is there already
         result = _reconstructed(task, job.arguments, job.place)
     except GeoribbonError as error:
         return Outcome(task.name, str(task.source), "failed", message=str(error))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 _TICK = 0.2  # seconds between looks at the signals
+_MOST = 61  # processes that Windows can wait for
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 J = TypeVar("J")
 R = TypeVar("R")
@@ -34,13 +35,13 @@ _ABRUPT = Fallen(
 
 
 class Crew(Generic[J, R]):
-    """So many processes, each with one thread, for one kind of work.
+    """So many processes, 61 at most, each with one thread, for one kind of work.
 
     work: a function that another process can import; it takes a job.
     """
 
     def __init__(self, size: int, work: Callable[[J], R]) -> None:
-        self._size, self._work = size, work
+        self._size, self._work = min(size, _MOST), work
 
     def do(
         self, jobs: Sequence[J], signals: Sequence[int], told: Callable[[bool], None]
