@@ -22,7 +22,7 @@ def shelf(tmp_path):
 def times(monkeypatch):
     """Times that go on by a second each."""
     moments = iter(f"2026-01-01T10:00:{second:02}.000+00:00" for second in range(60))
-    monkeypatch.setattr(calibration_shelf, "_now", lambda: next(moments))
+    monkeypatch.setattr(calibration_shelf, "now", lambda: next(moments))
 
 
 def names(shelf):
@@ -162,6 +162,21 @@ def test_a_calibration_from_elsewhere_is_kept_under_its_files_name(shelf, tmp_pa
     with pytest.raises(CalibrationError, match="not JSON"):
         shelf.load(odd)
     assert len(names(shelf)) == 2
+
+
+def test_a_calibration_from_elsewhere_stays_as_old_as_it_is(shelf, tmp_path):
+    shelf.keep(calibration(), "today")
+    write_calibration(calibration(), tmp_path / "old.json", {"made": "2019-03-01T01:30:00+02:00"})
+    assert shelf.load(tmp_path / "old.json").made == "2019-02-28T23:30:00.000+00:00"
+    assert names(shelf) == ["today", "old"]
+    assert shelf.newest("GR-0001").name == "today"
+
+
+@pytest.mark.parametrize("made", ["0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-14:00"])
+def test_times_beyond_all_days_are_none(shelf, made):
+    shelf.folder.mkdir()
+    write_calibration(calibration(), shelf.folder / "a.json", {"made": made})
+    assert shelf.look()[0][0].made[:2] == "20"
 
 
 def test_a_file_without_its_time_goes_by_the_files(shelf):

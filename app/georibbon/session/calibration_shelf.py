@@ -15,6 +15,7 @@ from georibbon.calibration.model import Calibration
 from georibbon.calibration.serial import from_dict
 from georibbon.errors import CalibrationError, GeoribbonError
 from georibbon.session.calibration_file import read_document, write_calibration, write_document
+from georibbon.session.events import now
 
 HISTORY = ".checks.json"
 HISTORY_FORMAT, HISTORY_VERSION = "georibbon-checks", 1
@@ -80,9 +81,12 @@ class Shelf:
         """The newest calibration of a ribbon; None where none is kept."""
         return next((o for o in self.look()[0] if o.calibration.ribbon_id == ribbon_id), None)
 
-    def keep(self, calibration: Calibration, name: str) -> Kept:
-        """Keep a calibration under a name; CalibrationError where it cannot be written."""
-        name, made = check_name(name), _now()
+    def keep(self, calibration: Calibration, name: str, made: str | None = None) -> Kept:
+        """Keep a calibration under a name; CalibrationError where it cannot be written.
+
+        made: when, UTC, ISO 8601; now where None.
+        """
+        name, made = check_name(name), made or now()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -94,10 +98,13 @@ class Shelf:
         return Kept(path, name, made, calibration)
 
     def load(self, path: Path) -> Kept:
-        """Keep a calibration from a file elsewhere; CalibrationError where there is none in it."""
+        """Keep a calibration from a file elsewhere; CalibrationError where there is none in it.
+
+        It is as old as its file says, so that it is not taken for the newest.
+        """
         document = read_document(path)
         calibration = from_dict(document, str(path))
-        return self.keep(calibration, _name_in(document, path))
+        return self.keep(calibration, _name_in(document, path), _made_in(document, path))
 
     def rename(self, kept: Kept, name: str) -> Kept:
         """Give it another name."""
@@ -131,7 +138,7 @@ class Shelf:
 
     def note_check(self, kept: Kept, verdict: str, degrees: float, reason: str) -> Kept:
         """Write down a check of it; what was written of earlier ones stays."""
-        checks = (*kept.checks, PastCheck(_now(), verdict, degrees, reason))[-MOST_CHECKS:]
+        checks = (*kept.checks, PastCheck(now(), verdict, degrees, reason))[-MOST_CHECKS:]
         document = {
             "format": HISTORY_FORMAT,
             "version": HISTORY_VERSION,
@@ -178,10 +185,6 @@ def check_name(name: str) -> str:
     return name
 
 
-def _now() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
-
-
 def _history(path: Path) -> Path:
     return path.with_name(path.stem + HISTORY)
 
@@ -203,9 +206,12 @@ def _name_in(document: object, path: Path) -> str:
 
 
 def _made_in(document: object, path: Path) -> str:
+    """When it was made, in UTC, so that texts sort as times do; the file's where none is told."""
     made = document.get("made") if isinstance(document, Mapping) else None
     if isinstance(made, str) and _is_time(made):
-        return made
+        with suppress(OverflowError):  # a day before the first in UTC
+            at = datetime.datetime.fromisoformat(made).astimezone(datetime.UTC)
+            return at.isoformat(timespec="milliseconds")
     changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
     return changed.isoformat(timespec="milliseconds")
 
