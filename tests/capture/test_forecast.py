@@ -136,6 +136,8 @@ def test_a_large_plan_is_forecast_by_its_first_passes():
     laid = lay_plan(many, CapturePlan(passes=5, ties=40), "flat")
     assert laid.pass_count == LEAST_LAID
     assert "12 ties only" in laid.words
+    most = virtual_ribbon(RibbonSettings(sensors=256, length=2.0))
+    assert "6 ties only" in lay_plan(most, CapturePlan(passes=5, ties=40), "flat").words
 
 
 @pytest.mark.parametrize("likeness", LIKENESSES)

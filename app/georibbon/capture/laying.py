@@ -31,7 +31,8 @@ WORDS: dict[Likeness, str] = {
 }
 # Passes, at least and at most, and passes times sensors; more change the figures little and take
 # long.  Ties likewise.
-LEAST_LAID, MOST_LAID, MOST_SENSORS, MOST_TIES = 3, 12, 384, 12
+LEAST_LAID, MOST_LAID, MOST_SENSORS = 3, 12, 384
+MOST_TIES, MOST_TIE_SENSORS = 12, 1536
 SIZE = 0.96  # m, the ribbon for which the surfaces' proportions are meant
 TURN = 2.1  # radians that a pass bends by on the bent surface
 BONNET_REACH = 0.6  # m from side to side of the passes on an ordinary bonnet
@@ -79,10 +80,13 @@ class Laid:
 def lay_plan(ribbon: Ribbon, plan: CapturePlan, likeness: Likeness) -> Laid:
     """The plan's first passes (`MOST_LAID` at most) and ties on a surface of a kind.
 
+    Of a ribbon with many sensors fewer of both.
     Raises SettingsError for a kind that is not known.
     """
-    most = min(max(MOST_SENSORS // len(ribbon.sensors), LEAST_LAID), MOST_LAID)
-    count, ties = min(max(plan.passes, 2), most), min(plan.ties, MOST_TIES)
+    sensors = len(ribbon.sensors)
+    most = min(max(MOST_SENSORS // sensors, LEAST_LAID), MOST_LAID)
+    most_ties = min(max(MOST_TIE_SENSORS // sensors, LEAST_LAID), MOST_TIES)
+    count, ties = min(max(plan.passes, 2), most), min(plan.ties, most_ties)
     strips = _strips(likeness, ribbon.length, count, plan.layout.spacing, ties)
     grid = make_grid(ribbon)
     shape, origins = _fitted(grid, list(strips.values()))
