@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption
 
 from georibbon.gui.icons import icon
-from georibbon.gui.theme import colours_of
+from georibbon.gui.theme import Theme, colours_of, theme_of
 
 _Primitive, _Control, _Complex = (
     QStyle.PrimitiveElement,
@@ -38,7 +38,7 @@ _FOCUSED = frozenset((
 
 
 _BUTTONS = (_Primitive.PE_PanelButtonCommand, _Primitive.PE_PanelButtonTool)
-_TINT = 0.45  # of the chosen colour on a button that is held down: its words are read on it
+_TINT: dict[Theme, float] = {"light": 0.3, "dark": 0.45}  # on a button that is held down
 
 
 # Signs that Fusion draws in black, or hardly lighter than the window; ours are of a grey that
@@ -108,7 +108,8 @@ def _tint(painter: QPainter, option: QStyleOption) -> None:
     """Show that a button is held down: in the colour of what is chosen."""
     of = colours_of(option.palette)
     ground = QColor(of.chosen)
-    ground.setAlphaF(_TINT if option.state & _State.State_Enabled else _TINT / 2)
+    tint = _TINT[theme_of(option.palette)]  # its words are read on it
+    ground.setAlphaF(tint if option.state & _State.State_Enabled else tint / 2)
     frame = QColor(of.link)
     if not option.state & _State.State_Enabled:
         frame.setAlphaF(0.5)
