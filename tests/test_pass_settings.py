@@ -267,6 +267,21 @@ def test_all_weights_alike_are_more_readings_against_the_survey(made):
     same(run(made, weight={"*": 2.0}), first)
 
 
+def told_of_weights(result):
+    return [(one.pass_name, one.message) for one in result.notices if one.code == "weighted"]
+
+
+def test_that_uncertainties_go_with_the_weights_is_told(made, plain):
+    assert told_of_weights(plain) == []
+    ((name, words),) = told_of_weights(run(made, weight={"*": 1.0, "P2": 30.0}))
+    assert name == "P2"
+    assert "pass P2: weighed 30 times" in words
+    ((name, words),) = told_of_weights(run(made, weight={"*": 0.5}))
+    assert name is None
+    assert "all passes: weighed 0.5 times" in words
+    assert told_of_weights(run(made, method="paper", weight={"P2": 3.0})) == []
+
+
 # Refusals
 
 

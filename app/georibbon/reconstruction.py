@@ -27,6 +27,7 @@ from georibbon.fitting.settings import (
     Method,
     ReconstructionSettings,
     check_settings,
+    weight_notices,
 )
 from georibbon.fitting.strip import Strips
 from georibbon.fitting.survey import Placed
@@ -247,6 +248,7 @@ def _reconstruct(
             *calibration.notices,
             *left_out,
             *_off_notices(heard, capture.off),
+            *weight_notices(settings, (one.name for one in heard.passes)),
             *_unasked(_screened(heard, calibration, stages), heard, capture.off),
             *fit.notices,
             *notices,

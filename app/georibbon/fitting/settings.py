@@ -8,6 +8,7 @@ import numpy as np
 
 from georibbon.errors import SettingsError
 from georibbon.geometry.settings import SurfaceSettings
+from georibbon.notices import Notice
 from georibbon.recording import Recording
 
 Method = Literal["ribbon", "paper"]
@@ -109,6 +110,29 @@ def check_settings(settings: ReconstructionSettings, recording: Recording) -> No
                 f"{1e3 * max(length - start - end, 0.0):g} mm of a ribbon {1e3 * length:g} mm "
                 f"long; leave at least {1e3 * LEAST_LEFT:g} mm"
             )
+
+
+def weight_notices(settings: ReconstructionSettings, names: Iterable[str]) -> list[Notice]:
+    """That standard deviations go with the weights of the passes, those alike in all told once.
+
+    names: of all passes.  None where every pass counts once, nor of the paper's
+    way, which weighs nothing.
+    """
+    weights = {name: settings.weight_of(name) for name in names}
+    if settings.method == "paper":
+        return []
+    if len(set(weights.values())) == 1:
+        weights = {EVERY: next(iter(weights.values()))}
+    return [
+        Notice(
+            "weighted",
+            f"{_told(name)}: weighed {weight:g} times, so that what is stated of its uncertainty "
+            "is as if it had been laid so often",
+            None if name == EVERY else name,
+        )
+        for name, weight in weights.items()
+        if weight != 1.0
+    ]
 
 
 def _check_sensors(off: Iterable[tuple[str, ...]], recording: Recording) -> None:
