@@ -1,5 +1,7 @@
 """What a capture shows of itself while it goes on: with a result and before there is one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,21 @@ def test_a_much_smaller_object_gets_a_smaller_floor():
     scene = Scene(None)
     scene.show_capture(CaptureDrawing(TAKEN))
     assert scene.show_capture(CaptureDrawing((("P1", "pass", TAKEN[0][2][:20]),)))
+
+
+@pytest.mark.parametrize("number", [5, 20, 40])
+def test_however_many_curves_there_are_none_has_gaps(number):
+    s = np.linspace(0.0, 1.0, 60)
+    flat = [np.stack((s, np.full(60, y), 0.0 * s), axis=1) for y in np.linspace(0, 1.2, number)]
+    scene = Scene(None)
+    taken = tuple((f"P{k}", "pass", points) for k, points in enumerate(flat))
+    scene.show_capture(CaptureDrawing(taken))
+    scene.apply(replace(scene.look, shown=frozenset({"passes"})))
+    scene.frame(1.0, np.array([0.0, 0.0, 1.0]))
+    pixels = drawn(scene, (400, 400))
+    dark = pixels.astype(int).sum(axis=-1) < 600
+    rows, columns = np.nonzero(dark[:, :230])
+    middle = dark[:, columns.min() + 5 : columns.max() - 5]
+    begins = np.count_nonzero(middle[1:] & ~middle[:-1], axis=0)
+    assert np.all(begins == number)
+    assert rows.size

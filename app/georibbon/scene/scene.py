@@ -221,12 +221,12 @@ class Scene:
         self._surface = actors.skin()
         self._border = Lines(paper.ink, 1.5 * line_scale)
         self._runs = {
-            "passes": Tubes(paper.run),
-            "ties": Tubes(paper.tie),
-            "taken passes": Tubes(paper.run),
-            "taken ties": Tubes(paper.tie),
-            "neighbour": Tubes(paper.neighbour),
-            "live": Tubes(paper.live),
+            "passes": Tubes(paper.run, line_scale),
+            "ties": Tubes(paper.tie, line_scale),
+            "taken passes": Tubes(paper.run, line_scale),
+            "taken ties": Tubes(paper.tie, line_scale),
+            "neighbour": Tubes(paper.neighbour, line_scale),
+            "live": Tubes(paper.live, line_scale),
         }
         self._marks = actors.solid_of(paper.mark)
         self._spans = Lines(paper.mark, 1.5 * line_scale)
@@ -239,7 +239,8 @@ class Scene:
         self._tool_lines = Lines(paper.tool, 3.0 * line_scale)
         self._tool_lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         self._tool_lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-4.0, -4.0)
-        bodies = [self._surface, self._border, *(run.body for run in self._runs.values())]
+        bodies = [self._surface, self._border]
+        bodies += [body for run in self._runs.values() for body in (run.body, run.thin)]
         bodies += [self._marks, self._spans, self._sensors, self._unused, *self._axes]
         bodies += [self._floor, self._cursor, self._tool_points, self._tool_lines]
         for body in bodies:
