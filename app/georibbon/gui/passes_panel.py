@@ -213,7 +213,12 @@ class PassesPanel(QWidget):
                 verdict = (one.quality.verdict, one.quality.reason)
                 together.setdefault(verdict, []).append(one.name)
         lines = [
-            f"{', '.join(names)}: {tr(VERDICTS[verdict])}: {sentence(reason)}"
+            tr(
+                "{names}: {verdict}: {reason}",
+                names=", ".join(names),
+                verdict=tr(VERDICTS[verdict]),
+                reason=sentence(reason),
+            )
             for (verdict, reason), names in together.items()
         ]
         self.reasons.setText("\n".join(lines[:MOST_REASONS]))
