@@ -23,6 +23,8 @@ BY_PASS = ("smoothing", "sensors_off", "trim", "weight")
 OF_SURFACE = tuple(SURFACE + field.name for field in fields(SurfaceSettings))
 KEYS = (*BY_PASS, "method", "neighbours", *OF_SURFACE)
 MOST_NAMES = 10_000
+LONGEST_WORD, LONGEST_LIST = 100, 100  # of the surface's settings and the method
+MOST_WHOLE = 2**53
 
 
 def with_setting(
@@ -80,14 +82,22 @@ def sound_settings(
 
 
 def _listed(value: object) -> object:
-    """A list as the tuple that settings hold; a truth is no number."""
-    if isinstance(value, bool):
-        raise SettingsError(f"{told(value)} is found; a word, a number or a list is expected")
-    return tuple(value) if isinstance(value, list) else value
+    """A word, a number, or a list of numbers as the tuple that settings hold; nothing endless."""
+    if isinstance(value, str) and len(value) <= LONGEST_WORD:
+        return value
+    if isinstance(value, list | tuple):
+        if len(value) <= LONGEST_LIST and all(map(_is_number, value)):
+            return tuple(value)
+    elif _is_number(value):
+        return value
+    raise SettingsError(f"{told(value)} is found; a word, a number or a list is expected")
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    """Whether it is a number that a float can hold; a truth is none."""
+    if isinstance(value, int):
+        return not isinstance(value, bool) and abs(value) <= MOST_WHOLE
+    return isinstance(value, float)
 
 
 def _smoothing(value: object, whose: str) -> float:
@@ -101,10 +111,7 @@ def _weight(value: object, whose: str) -> float:
 def _number(value: object, what: str, expected: str) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise SettingsError(f"{what} is {told(value)}; {expected} is expected")
-    try:
-        return float(value)
-    except OverflowError:
-        return float("inf")
+    return float(value) if _is_number(value) else float("inf")
 
 
 def _trim(value: object, whose: str) -> tuple[float, float]:
@@ -128,7 +135,7 @@ def _sensors_off(value: object, whose: str) -> tuple[str, ...]:
 
 
 def _method(value: object, _whose: str) -> str:
-    if not isinstance(value, str):
+    if not isinstance(value, str) or len(value) > LONGEST_WORD:
         raise SettingsError(f"the method is {told(value)}; a word is expected")
     return value
 
