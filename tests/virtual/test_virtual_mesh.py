@@ -1,5 +1,7 @@
 """Passes on a mesh out of a file."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -181,6 +183,7 @@ TRIANGLE = "v 0 0 0\nv 1000 0 0\nv 0 1000 0\n"
 REFUSED = {
     "no triangles": "v 0 0 0\nv 1 0 0\n",
     "no finite point": "v nan 0 0\nv 1000 0 0\nv 0 1000 0\nf 1 2 3\n",
+    "a corner is no finite point": "v 1e300 0 0\nv 1000 0 0\nv 0 1e300 0\nf 1 2 3\n",
     "no area": TRIANGLE + "f 1 1 2\n",
     "more than two triangles": TRIANGLE + "v 0 -1000 0\nv 0 0 1000\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
     "do not all face one way": QUAD + "f 1 2 3\nf 1 4 3\n",
@@ -193,6 +196,26 @@ REFUSED = {
 def test_a_bad_mesh_is_refused_with_its_fault(tmp_path, reason):
     with pytest.raises(SettingsError, match=reason):
         laid(obj(tmp_path, REFUSED[reason]))
+
+
+def test_what_the_parser_stumbles_over_is_not_printed(tmp_path):
+    """A picture that a mesh names is not looked for; in a process that nobody has set up."""
+    path = tmp_path / "part.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\ncomment TextureFile /nowhere.png\nelement vertex 3\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    words = (
+        "import pathlib, sys\n"
+        "from georibbon.errors import ExportError\n"
+        "from georibbon.session.mesh_file import read_triangles\n"
+        "print(len(read_triangles(pathlib.Path(sys.argv[1]), 'm', ExportError).triangles))\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", words, str(path)], capture_output=True, text=True, check=True
+    )
+    assert (ran.stdout.strip(), ran.stderr) == ("1", "")
 
 
 def test_other_files_and_too_large_ones_are_refused(tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """Triangle meshes out of files of others: STL, OBJ and PLY."""
 
+import logging
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -12,10 +13,13 @@ from georibbon.session.files import read_bounded
 
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 1_000_000
+FARTHEST = 1e12  # of any unit: what is farther off is no place, and its square overflows
 KINDS = ("stl", "obj", "ply")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 """Units that a mesh's numbers may be in."""
 _NONE = np.zeros((0, 3), dtype=np.int64)
+# What the parser says of a stranger's file is said here, in a sentence.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +76,7 @@ def _parsed(
         )
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise error(f"{name}: a triangle names a corner that is not there; write it anew")
-    if not np.isfinite(vertices[np.unique(triangles)]).all():
+    if not (np.abs(vertices[np.unique(triangles)]) <= FARTHEST).all():  # nor is it NaN
         raise error(f"{name}: a corner is no finite point; write the file anew")
     return vertices, triangles
 
