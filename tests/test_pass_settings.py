@@ -304,3 +304,11 @@ def test_that_uncertainties_go_with_the_weights_is_told(made, plain):
 def test_nonsense_is_refused(made, settings, words):
     with pytest.raises(SettingsError, match=words.replace("(", r"\(")):
         run(made, **settings)
+
+
+def test_a_result_says_what_was_chosen_of_each_pass(made):
+    chosen = run(made, weight={"P2": 3.0}, trim={"*": (0.01, 0.02)})
+    assert [one.weight for one in chosen.passes] == [1.0, 3.0, 1.0]
+    assert {one.trim for one in chosen.passes} == {(0.01, 0.02)}
+    paper = run(made, weight={"P2": 3.0}, method="paper")
+    assert [one.weight for one in paper.passes] == [1.0] * 3  # it weighs nothing

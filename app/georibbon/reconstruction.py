@@ -26,6 +26,7 @@ from georibbon.fitting.settings import (
     SHORTEST_SMOOTHING,
     Method,
     ReconstructionSettings,
+    Trim,
     check_settings,
     weight_notices,
 )
@@ -81,8 +82,9 @@ class FittedPass:
     was not used.  residual_rms: root mean square of those that are used.
     smoothing: metres, the detail that is still followed.  sensors_ignored:
     names of those that disagree or say nothing; sensors_off: of those that were
-    switched off.  Where ends are trimmed the strip begins and ends there, its
-    places counted from the ribbon's start as ever.
+    switched off.  Where ends are trimmed, by so many metres, the strip begins and
+    ends there, its places counted from the ribbon's start as ever.  weight: how
+    many times the pass counts against the others; the paper's way weighs nothing.
     """
 
     name: str
@@ -96,6 +98,8 @@ class FittedPass:
     sensors_ignored: tuple[str, ...]
     quality: Quality
     sensors_off: tuple[str, ...] = ()
+    trim: Trim = (0.0, 0.0)
+    weight: float = 1.0
 
     @property
     def position_sigma(self) -> FloatArray:
@@ -415,6 +419,8 @@ def _fitted_pass(
         sensors_ignored=assessment.ignored,
         quality=Quality(assessment.verdict, assessment.reason),
         sensors_off=tuple(sensor.name for sensor, silent in sensors if silent),
+        trim=settings.trim_of(one.name),
+        weight=1.0 if settings.method == "paper" else settings.weight_of(one.name),
     )
 
 

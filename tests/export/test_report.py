@@ -338,3 +338,21 @@ def test_a_name_in_a_drawing_is_one_short_line(name):
     label = figures.name_label(name)
     assert len(label) <= 16
     assert label.isprintable()
+
+
+def test_what_was_chosen_of_the_passes_is_told_and_nothing_where_nothing_was():
+    first, second, *others = RESULT.passes
+    chosen = {"weight": 2.5, "trim": (0.012, 0.0), "sensors_off": ("A03", "M01")}
+    result = replace(RESULT, passes=(replace(first, **chosen), replace(second, **chosen), *others))
+    data = data_of(result)
+    assert data["passes"][0]["weight"] == 2.5
+    assert data["passes"][0]["trim_mm"] == [12.0, 0.0]
+    assert data["passes"][0]["sensors_off"] == ["A03", "M01"]
+    words = " ".join(Page(report_html(result, data, created=WHEN)).words)
+    assert (
+        f"{first.name}, {second.name}: counts 2.5 times; cut off 12 mm at the beginning and 0 mm "
+        "at the end; switched off A03, M01"
+    ) in words
+    plain = data_of(RESULT)
+    assert plain["passes"][0]["trim_mm"] == [0.0, 0.0]
+    assert "Chosen by hand" not in report_html(RESULT, plain, created=WHEN)

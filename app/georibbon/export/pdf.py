@@ -22,7 +22,14 @@ from georibbon.export.pdf_pages import (
     use_fonts,
 )
 from georibbon.export.picture import picture as scene_picture
-from georibbon.export.words import METHOD_WORDS, check_rows, date_words, number, page_title
+from georibbon.export.words import (
+    METHOD_WORDS,
+    check_rows,
+    chosen_words,
+    date_words,
+    number,
+    page_title,
+)
 from georibbon.reconstruction import Reconstruction
 
 _SCENE_SIZE = (1600, 1000)
@@ -170,9 +177,18 @@ def _passes(reconstruction: Reconstruction, passes: list[dict[str, Any]]) -> Sto
             "as expected. Smoothing: the shortest detail that is followed.",
             "note",
         ),
+        *_chosen(passes),
         picture(figures.plan_figure(reconstruction, "png")),
         picture(figures.profiles_figure(reconstruction, "png")),
     ]
+
+
+def _chosen(passes: list[dict[str, Any]]) -> Story:
+    """Weights, cut ends and sensors that were switched off; nothing where none were."""
+    words = chosen_words(passes)
+    if not words:
+        return []
+    return [text("Chosen by hand", "heading 2"), *(text(f"• {one}") for one in words)]
 
 
 def _survey(survey: list[dict[str, Any]]) -> Story:

@@ -11,7 +11,15 @@ from typing import Any
 
 from georibbon.export.files import REPORT_ENDINGS, require_ending, write_whole
 from georibbon.export.summary import report_data
-from georibbon.export.words import METHOD_WORDS, SIGNS, check_rows, date_words, number, page_title
+from georibbon.export.words import (
+    METHOD_WORDS,
+    SIGNS,
+    check_rows,
+    chosen_words,
+    date_words,
+    number,
+    page_title,
+)
 from georibbon.reconstruction import Reconstruction
 from georibbon.resources import resource
 
@@ -89,6 +97,7 @@ def report_html(
         style_hash=base64.b64encode(hashlib.sha256(style.encode("utf-8")).digest()).decode(),
         method_words=METHOD_WORDS[data["method"]],
         signs=SIGNS,
+        chosen=chosen_words(data["passes"]),
         checks=check_rows(data["surface"]["checks"]) if data["surface"] else [],
         scene=_embedded(picture(reconstruction, _PICTURE_SIZE), "image/png"),
         plan=_embedded(figures.plan_figure(reconstruction), "image/svg+xml"),

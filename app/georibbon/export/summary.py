@@ -135,6 +135,9 @@ def _pass(fitted: FittedPass) -> dict[str, Any]:
         "residual_rms": fitted.residual_rms,
         "smoothing_mm": 1e3 * fitted.smoothing,
         "sensors_ignored": list(fitted.sensors_ignored),
+        "sensors_off": list(fitted.sensors_off),
+        "trim_mm": [1e3 * end for end in fitted.trim],
+        "weight": fitted.weight,
         "quality": fitted.quality.verdict,
         "quality_reason": fitted.quality.reason,
     }

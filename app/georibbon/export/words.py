@@ -34,6 +34,23 @@ def number(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
+def chosen_words(passes: list[dict[str, Any]]) -> list[str]:
+    """What a person chose of the passes, a sentence for those alike; none where nothing was."""
+    alike: dict[str, list[str]] = {}
+    for one in passes:
+        words = []
+        if one["weight"] != 1.0:
+            words.append(f"counts {one['weight']:g} times")
+        start, end = one["trim_mm"]
+        if start or end:
+            words.append(f"cut off {start:g} mm at the beginning and {end:g} mm at the end")
+        if one["sensors_off"]:
+            words.append(f"switched off {', '.join(one['sensors_off'])}")
+        if words:
+            alike.setdefault("; ".join(words), []).append(one["name"])
+    return [f"{', '.join(names)}: {words}" for words, names in alike.items()]
+
+
 def check_rows(checks: list[dict[str, Any]]) -> list[dict[str, str]]:
     """The checks as a person reads them: each that is amiss, then one line a kind that passes."""
     rows = [{**check, "found": _found([check])} for check in checks if check["verdict"] != "pass"]
