@@ -20,11 +20,17 @@ class Passes(QObject):
         return ["P1"]
 
 
-class Shown:
+class Shown(QObject):
     """Notes what it is to show."""
 
+    picked = Signal(object)
+
     def __init__(self):
-        self.seen = []
+        super().__init__()
+        self.seen, self.cursor = [], None
+
+    def show_cursor(self, name, s):
+        self.cursor = (name, s)
 
     def show_scene(self, result):
         self.seen.append(result)
@@ -76,3 +82,11 @@ def test_the_result_at_the_end_is_shown_by_all_at_once(views):
     assert views._view.seen[-1] is last
     assert views.curves.seen[-1] is last
     assert views._notices.seen == [last]
+
+
+def test_where_the_view_is_picked_the_cursor_of_view_and_curves_goes(views):
+    views._view.picked.emit(SimpleNamespace(pass_name="P2", s=0.25))
+    assert views._view.cursor == views.curves.cursor == ("P2", 0.25)
+    views.curves = None  # not made yet
+    views._view.picked.emit(SimpleNamespace(pass_name="P1", s=0.5))
+    assert views._view.cursor == ("P1", 0.5)

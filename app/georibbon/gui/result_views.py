@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from georibbon.gui.passes_panel import PassesPanel
     from georibbon.gui.scene_view import ImageView, SceneView
     from georibbon.reconstruction import Reconstruction
+    from georibbon.scene.measuring import Pick
 
 
 CURVES_REST = 0.1  # s between the curves of previews: the surface needs the time more
@@ -50,6 +51,7 @@ class ResultViews(QObject):
         document.previewed.connect(self.show_preview)
         document.changed.connect(self._changed)
         passes.chosen.connect(lambda _: self.show_curves())
+        view.picked.connect(self._picked)
         curves_dock.visibilityChanged.connect(lambda _: self.show_curves())
 
     @Slot(object)
@@ -89,6 +91,13 @@ class ResultViews(QObject):
             self.curves = self._make_curves(self._curves_dock.widget())
         names = self._passes.selected() or [one.name for one in result.passes]
         self.curves.show_passes(result, names, self._document.recording)
+
+    @Slot(object)
+    def _picked(self, pick: Pick) -> None:
+        """The cursor goes to a place that was pointed at, in the view and in the curves."""
+        self._view.show_cursor(pick.pass_name, pick.s)
+        if self.curves is not None:
+            self.curves.show_cursor(pick.pass_name, pick.s)
 
     def _make_curves(self, place: QWidget) -> QWidget:
         from georibbon.gui.curve_panel import CurvePanel
