@@ -59,7 +59,9 @@ SHORT = (
     "planned: {0}", "undone: {0}", "redone: {0}", "link {0}: {1}", "misfit {0}",
     "misfit {0}, settling", "skipped: {0}", "survey: {0}", "{0} on {1} m", "{0} (firmware {1})",
     " ({0} times)", " ({0}: {1} {2}, {3} expected)", "{0} in {1} s", "{0}; but {1}", "a file",
-    "{0}, still", "{0}, still in {1} s",
+    "{0}, still", "{0}, still in {1} s", "disconnected: {0}", "stalled: {0}", "streaming: {0}",
+    "opening: {0}", "{0}: sensor {1} is switched off and has no say",
+    "{0}: sensors {1} are switched off and have no say",
     "{0}, line {1}", "{0}, frame {1}", "line {0}", ", line {0}", "[[{0}]] number {1}: {2}",
 )  # fmt: skip
 WORDS = re.compile(r"[a-z]{2,}[ ,;:'].*[a-z]{2,}", re.DOTALL)

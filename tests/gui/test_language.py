@@ -107,7 +107,7 @@ def test_long_texts_are_left_and_others_end(piece):
          "l'étalonnage, loin de l'acier et des courants, ou étalonnez ici"),
         ("s.georibbon: the session cannot be written (No space left on device)",
          "s.georibbon : la session ne peut pas être écrite (Plus de place sur le disque)"),
-        ("the removal of pass P3", "suppression de passe P3"),
+        ("the removal of pass P3", "suppression (passe P3)"),
         ("the smoothing of pass P2", "lissage (passe P2)"),
     ],
 )  # fmt: skip
