@@ -1,5 +1,7 @@
 """The engine, driven by the frames of a virtual ribbon and by verbs, as a person would."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hands import Bench, virtual
@@ -7,7 +9,7 @@ from hands import Bench, virtual
 from georibbon.calibration import calibrate
 from georibbon.calibration.model import Calibration
 from georibbon.capture.engine import Engine
-from georibbon.capture.plan import CapturePlan
+from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.capture.start import open_capture
 from georibbon.device.identity import Identity
 from georibbon.errors import CalibrationError, SessionError, SettingsError
@@ -253,6 +255,31 @@ def test_the_plan_given_again_adds_nothing_and_loses_nothing(place):
     session, same = open_capture(place, identity, None)
     with session:
         assert same.passes == 4
+
+
+def test_how_passes_are_laid_is_kept_and_undone_with_the_plan(place):
+    wide = PlannedLayout(spacing=0.07, marks=1, crossing_sigma=0.002)
+    bench = Bench(place, CapturePlan(poses=0, passes=2, layout=wide))
+    bench.session.close()
+    session, plan = open_capture(place, Identity(bench.ribbon.ribbon, "1.0"), None)
+    with session:
+        assert plan.layout == wide
+        engine = Engine(session, plan)
+        engine.replan(replace(plan, layout=PlannedLayout()))
+        assert engine.plan.layout == PlannedLayout()
+        engine.undo()
+        assert engine.plan == plan
+        actions = [one.action for one in session.state.history]
+        assert actions.count("plan") == 2
+
+
+def test_a_layout_that_cannot_be_meant_is_the_usual_one(place):
+    bench = Bench(place, CapturePlan(poses=0, passes=2))
+    bench.session.do("plan", poses=0, passes=3, ties=0, layout={"spacing": 99.0})
+    bench.session.close()
+    session, plan = open_capture(place, Identity(bench.ribbon.ribbon, "1.0"), None)
+    with session:
+        assert (plan.passes, plan.layout) == (3, PlannedLayout())
 
 
 def test_nothing_to_undo_is_said(place):

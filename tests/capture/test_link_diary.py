@@ -75,3 +75,13 @@ def test_losses_are_gathered_and_the_last_ones_not_forgotten(link, monkeypatch):
     (entry,) = diary.take(last=True)
     assert entry["reason"] == "8 packets lost, 0 damaged"
     assert diary.take(last=True) == []
+
+
+def test_what_nobody_takes_is_bounded_and_the_newest_is_kept(link):
+    diary = LinkDiary(link)
+    for number in range(3 * link_diary.MOST_WAITING):
+        link.tell["event"](Event("message", f"word {number}", TIME))
+    entries = diary.take()
+    assert len(entries) == link_diary.MOST_WAITING
+    assert entries[-1]["reason"] == f"word {3 * link_diary.MOST_WAITING - 1}"
+    assert diary.take() == []

@@ -585,6 +585,13 @@ def test_without_a_choice_the_ribbons_newest_is_checked(bench, calibration):
     bench.page.begin_check()
     assert bench.shown() is bench.posing
     assert "“ours”" in bench.posing.title.text()
+    bench.page.begin_check()  # twice: it goes on as it was
+    assert "going on already" in bench.posing.live.refusal.text()
+    bench.page.begin(20)
+    assert bench.posing.checking
+    bench.click(bench.posing.stop_button)
+    assert bench.shown() is bench.page.start
+    assert not bench.hands.desk.active
 
 
 def test_another_ribbons_calibration_is_not_checked(bench, calibration):

@@ -16,12 +16,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from georibbon.capture.ledger import Happening
 from georibbon.capture.plan import CapturePlan, PlannedLayout
 from georibbon.device.telling import LinkState
 from georibbon.gui import dialogs
 from georibbon.gui.capturing import plan_page
 from georibbon.gui.capturing.capture_page import CapturePage
-from georibbon.gui.capturing.model import merged
+from georibbon.gui.capturing.model import Quality, merged
 from georibbon.gui.theme import COLOURS, apply_theme
 from georibbon.session.session import Session
 
@@ -34,6 +35,9 @@ class FakeScene(QWidget):
 
     def show_capture(self, drawing):
         self.drawing = drawing
+
+    def set_units(self, symbol, metres):
+        self.unit = (symbol, metres)
 
 
 @pytest.fixture
@@ -256,6 +260,64 @@ def test_the_capture_ends_and_goes_on(page, bench, qtbot):
     qtbot.waitUntil(lambda: sorted(page.model.placed) == ["P1", "P2"], timeout=LONG)
     assert page.view.verdict.word.text() == "good"
     assert page.plan.passes.value() == 3
+
+
+def test_how_passes_are_laid_is_known_tomorrow_and_elsewhere(page, bench, qtbot):
+    bench.begin(PLAN)
+    bench.lay("P1")
+    qtbot.mouseClick(page.view.finish_button, Qt.MouseButton.LeftButton)
+    page.plan.show_plan(CapturePlan(passes=9))  # what another machine remembers
+    qtbot.mouseClick(page.plan.go_on, Qt.MouseButton.LeftButton)
+    assert bench.parts.capture.plan.layout == PLAN.layout
+    assert (page.plan.spacing.metres, page.plan.passes.value()) == (SPACING, 3)
+    assert "80.0 mm" in page.view.how.text()
+
+
+def test_the_view_has_the_unit_in_use(page, bench):
+    bench.begin(PLAN)
+    assert page.view.scene.unit == ("mm", 0.001)
+    bench.parts.units.use("in")
+    assert page.view.scene.unit == ("in", 0.0254)
+    assert "3.15 in" in page.view.how.text() or "edge" in page.view.how.text()
+
+
+def test_nothing_is_laid_beside_what_is_to_be_laid_again(page, bench, monkeypatch):
+    bench.begin(PLAN)
+    bench.lay("P1", "P2")
+    judged = page.model.quality
+    redo = Quality("redo", "it slipped", True)
+    monkeypatch.setattr(page.model, "quality", lambda name: redo if name == "P2" else judged(name))
+    bench.do("lift", seconds=0.6)
+    bench.do("lay P3", seconds=0.7)
+    assert "P1" in page.view.angle.text()
+    monkeypatch.setattr(page.model, "quality", lambda _: redo)
+    bench.do("lift", seconds=0.6)
+    bench.do("lay P3", seconds=0.7)
+    assert "P2" in page.view.angle.text()
+
+
+def test_why_the_poses_give_no_calibration_stays_told(page, bench):
+    bench.begin(PLAN)
+    capture = bench.parts.capture
+    monkey = "not calibrated yet: three poses are the same"
+    assert page.view.hints.text() == "" or "✓" in page.view.hints.text()
+    capture.engine.calibration = None
+    capture.engine._fit = None
+    capture.happened.emit(Happening("quality", None, monkey))
+    capture.happened.emit(Happening("chosen", "P1", "P1: lay a pass"))
+    bench.do("lift", seconds=0.6)
+    assert page.view.hints.text() == monkey
+    capture.happened.emit(Happening("quality", None, "so far 0.3°"))
+    bench.do("lift", seconds=0.6)
+    assert "once there is a calibration" in page.view.hints.text()
+
+
+def test_a_click_on_the_box_leaves_the_keys_to_taking(page, bench, qtbot):
+    bench.begin(PLAN)
+    page.view.setFocus()
+    qtbot.mouseClick(page.view.auto, Qt.MouseButton.LeftButton)
+    assert not bench.parts.capture.auto
+    assert page.focusWidget() is page.view
 
 
 def test_the_plan_is_changed_while_it_goes_on(page, bench, qtbot):

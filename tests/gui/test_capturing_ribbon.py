@@ -25,6 +25,9 @@ class FakeScene(QWidget):
     def show_capture(self, drawing):
         self.drawing = drawing
 
+    def set_units(self, symbol, metres):
+        self.unit = (symbol, metres)
+
 
 @pytest.fixture
 def parts(qapp, tmp_path, monkeypatch):

@@ -75,6 +75,10 @@ class Desk(QObject):
         return self.engine is not None
 
     @property
+    def beginning(self):
+        return False
+
+    @property
     def items(self):
         return () if self.engine is None else self.engine.items
 

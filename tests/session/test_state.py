@@ -19,6 +19,7 @@ from georibbon.session.state import SessionPlan, SessionState, advance, fold, pa
 TIME = "2026-01-02T03:04:05.678+00:00"
 POSE = {"key": "pose-01", "name": "roll 0", "roll": 0, "heading": 0, "pitch": 0, "table": True,
         "frames": 3}  # fmt: skip
+PLAN = {"poses": 1, "passes": 2, "ties": 3}
 RUN = {"name": "P1", "kind": "pass", "frames": 3}
 MARK = {"pass": "P1", "at": 0.1, "position": [0, 0, 1], "sigma": 0.001}
 SENSORS = [
@@ -122,6 +123,9 @@ def test_what_the_actions_leave():
         ("stream", {"part": 9, "rate": 100}),
     )
     assert (state.title, state.plan) == ("x", SessionPlan(16, 5, 2))
+    laid = {"spacing": 0.05, "marks": 3, "crossing_sigma": 0.002}
+    again = state_of(("plan", {"poses": 0, "passes": 5, "ties": 2, "layout": laid}))
+    assert again.plan == SessionPlan(0, 5, 2, laid)
     assert state.workpiece == Workpiece(True, 25.0)
     assert state.skipped == ("P3",)
     assert [(run.name, run.part, run.frames) for run in state.passes] == [
@@ -168,6 +172,10 @@ HOSTILE = {
     "an order of another": ("order", {"passes": ["P2"]}, "name each once"),
     "a negative plan": ("plan", {"poses": -1, "passes": 0, "ties": 0}, "poses is -1"),
     "a plan without end": ("plan", {"poses": 1, "passes": 1e9, "ties": 0}, "passes is"),
+    "a plan of no layout": ("plan", PLAN | {"layout": 3}, "it is 3"),
+    "a plan of another layout": ("plan", PLAN | {"layout": {"space": 1}}, "not known"),
+    "passes on one another": ("plan", PLAN | {"layout": {"spacing": 0}}, "spacing is 0"),
+    "half a mark": ("plan", PLAN | {"layout": {"marks": 0.5}}, "marks is 0.5"),
     "half a plan": ("plan", {"poses": 1}, "passes is missing"),
     "no key": ("pose", POSE | {"key": "", "part": 9}, "the pose's key"),
     "frames without end": ("pass", RUN | {"part": 9, "frames": 2**60}, "frames is"),
@@ -248,7 +256,7 @@ OTHER = st.one_of(
 )  # fmt: skip
 DETAILS = {
     "ribbon": ribbon_table(RIBBON), "title": {"title": "x"}, "workpiece": {"level": True},
-    "plan": {"poses": 1, "passes": 2, "ties": 3}, "pose": POSE | {"part": 5},
+    "plan": PLAN | {"layout": {"spacing": 0.1, "marks": 2}}, "pose": POSE | {"part": 5},
     "pass": RUN | {"part": 5}, "remove": {"pass": "P1"}, "order": {"passes": ["P1"]},
     "skip": {"pass": "P1"}, "survey": {"mark": [MARK], "distance": [], "crossing": []},
     "setting": {"pass": "*", "key": "a", "value": 1}, "calibration": {"document": DOCUMENT},

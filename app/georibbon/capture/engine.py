@@ -8,7 +8,7 @@ is taken goes into the session first and is told after.
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from georibbon.calibration import calibrate, check_fits, to_dict
@@ -16,10 +16,10 @@ from georibbon.calibration.gates import LEAST_POSES
 from georibbon.calibration.model import Calibration
 from georibbon.capture.checklist import Item, checklist, next_open
 from georibbon.capture.judging import LEAST_SECONDS, Refusal, judge_pass, judge_pose
-from georibbon.capture.ledger import Happening, Kind, Ledger
+from georibbon.capture.ledger import NOT_YET, Happening, Kind, Ledger
 from georibbon.capture.live import LiveCurve, LiveFit
 from georibbon.capture.plan import CapturePlan, PlannedPass, PlannedPose
-from georibbon.capture.start import check_plan, write_plan, write_ribbon
+from georibbon.capture.start import check_plan, planned_layout, write_plan, write_ribbon
 from georibbon.capture.surveying import SurveyDesk
 from georibbon.capture.verdict import quality_words, verdict_on
 from georibbon.device.frames import Frame, readings_of
@@ -382,7 +382,7 @@ class Engine:
         try:
             calibration = self._calibrated()
         except GeoribbonError as error:
-            self._ledger.tell("quality", None, f"not calibrated yet: {error}")
+            self._ledger.tell("quality", None, f"{NOT_YET}: {error}")
             return
         if left:
             self._ledger.tell("quality", None, f"so far {quality_words(calibration)}")
@@ -431,8 +431,11 @@ class Engine:
             raise SettingsError(f"nothing can be {kind}")
         before = {item.key for item in self.items if item.status == "open"}
         self._ledger.write(step)
-        if self.session.state.plan is not None:
-            self.plan = self.plan.with_counts(asdict(self.session.state.plan))
+        kept = self.session.state.plan
+        if kept is not None:
+            counts = {"poses": kept.poses, "passes": kept.passes, "ties": kept.ties}
+            layout = planned_layout(kept)
+            self.plan = replace(self.plan.with_counts(counts), layout=layout)
         calibration = self._known_calibration()
         if calibration is not self.calibration:
             self._renew(calibration)

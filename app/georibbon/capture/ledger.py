@@ -13,6 +13,7 @@ Kind = Literal[
     "ordered", "planned", "quality", "calibrated", "held", "saved", "link", "complete",
 ]  # fmt: skip
 
+NOT_YET = "not calibrated yet"  # how a "quality" begins where the poses give no calibration
 CHANGES = (
     "skipped",
     "removed",

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
-from georibbon.capture.plan import DEFAULT_POSES, CapturePlan, check_survey
+from georibbon.capture.plan import DEFAULT_POSES, CapturePlan, PlannedLayout, check_survey
 from georibbon.device.identity import Identity, check_same
-from georibbon.errors import DeviceError, SessionError
+from georibbon.errors import DeviceError, SessionError, SettingsError
 from georibbon.ribbon import Ribbon
 from georibbon.session.files import kind_of
 from georibbon.session.outline import ribbon_table, survey_tables
@@ -77,7 +77,23 @@ def _planned(state: SessionState) -> CapturePlan:
     """What the session says is planned; nothing more where it was not captured by a plan."""
     if state.plan is None:
         return CapturePlan(poses=0 if state.poses else DEFAULT_POSES, passes=0)
-    return CapturePlan(**asdict(state.plan), title=state.title)
+    of = state.plan
+    layout = planned_layout(of)
+    return CapturePlan(of.poses, of.passes, of.ties, title=state.title, layout=layout)
+
+
+def planned_layout(plan: SessionPlan) -> PlannedLayout:
+    """How a session says its passes are meant to be laid; as usual where that cannot be meant."""
+    try:
+        return PlannedLayout(**cast("dict[str, Any]", dict(plan.layout)))
+    except SettingsError:
+        return PlannedLayout()
+
+
+def kept_plan(plan: CapturePlan) -> SessionPlan:
+    """What a session keeps of a plan."""
+    usual = plan.layout == PlannedLayout()
+    return SessionPlan(plan.poses, plan.passes, plan.ties, {} if usual else asdict(plan.layout))
 
 
 def check_plan(plan: CapturePlan, ribbon: Ribbon) -> None:
@@ -104,9 +120,10 @@ def write_plan(session: Session, plan: CapturePlan) -> None:
         both = {key: _joined(tables[key], plan.survey.get(key, [])) for key in tables}
         if both != tables:
             session.do("survey", **both)
-    counts = SessionPlan(plan.poses, plan.passes, plan.ties)
-    if state.plan != counts:  # the last: undoing ends at the first of these
-        session.do("plan", **asdict(counts))
+    kept = kept_plan(plan)
+    if state.plan != kept:  # the last: undoing ends at the first of these
+        layout = {"layout": kept.layout} if kept.layout else {}
+        session.do("plan", poses=kept.poses, passes=kept.passes, ties=kept.ties, **layout)
 
 
 def _joined(there: list[dict[str, object]], planned: object) -> list[object]:

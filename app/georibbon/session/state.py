@@ -29,16 +29,22 @@ MAX_PLANNED = 10_000
 _POSE = ("key", "name", "roll", "heading", "pitch", "table", "part", "frames")
 _PASS = ("name", "kind", "part", "frames")
 _SURVEY = ("mark", "distance", "crossing")
+_LAYOUT_COUNTS = ("marks", "distances")
+_LAYOUT = ("spacing", *_LAYOUT_COUNTS, "mark_sigma", "distance_sigma", "crossing_sigma")
 _HOLDING = ("pose", "pass", "stream")
 
 
 @dataclass(frozen=True)
 class SessionPlan:
-    """How many poses, passes and ties are meant to be captured."""
+    """How many poses, passes and ties are meant to be captured.
+
+    layout: how they are meant to be laid and measured, numbers by name; empty: as usual.
+    """
 
     poses: int
     passes: int
     ties: int
+    layout: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -256,9 +262,18 @@ def _workpiece(_state: SessionState, event: Event, source: Source) -> Change:
 
 
 def _plan(_state: SessionState, event: Event, source: Source) -> Change:
-    table = _table(event.detail, source, "plan", "poses", "passes", "ties")
-    counts = [_whole(table, key, 0, MAX_PLANNED) for key in ("poses", "passes", "ties")]
-    return {"plan": SessionPlan(*counts)}
+    table = _table(event.detail, source, "plan", "poses", "passes", "ties", "layout")
+    poses, passes, ties = (
+        _whole(table, key, 0, MAX_PLANNED) for key in ("poses", "passes", "ties")
+    )
+    laid = Table(table.data.get("layout", {}), source, "layout", None, _LAYOUT)
+    layout = {
+        key: _whole(laid, key, 0, MAX_PLANNED)
+        if key in _LAYOUT_COUNTS
+        else laid.positive(key, "a length in metres")
+        for key in laid.data
+    }
+    return {"plan": SessionPlan(poses, passes, ties, layout)}
 
 
 def _pose(state: SessionState, event: Event, source: Source) -> Change:

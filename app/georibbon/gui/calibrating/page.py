@@ -165,13 +165,15 @@ class CalibrationPage(QWidget):
 
     def begin(self, poses: int) -> None:
         """Begin a new calibration by a plan of so many poses."""
-        self._checked = None
-        self._begin(self._new_session("calibration"), CapturePlan(poses=poses, passes=0, ties=0))
+        path = self._new_session("calibration")
+        if path is not None:
+            self._checked = None
+            self._begin(path, CapturePlan(poses=poses, passes=0, ties=0))
 
     def go_on(self) -> None:
         """Go on with the calibration that was begun last."""
         path = self._begun_last()
-        if path is not None:
+        if path is not None and self._may_begin():
             self._checked = None
             self._begin(path, None)
 
@@ -182,8 +184,8 @@ class CalibrationPage(QWidget):
             kept = self.shelf.newest(ribbon.id)
         path = self._new_session("check")
         if path is not None and kept is None:
-            self.start.told.setText(
-                tr("No calibration of this ribbon is kept; calibrate it first.")
+            self._tell(
+                tr("No calibration of this ribbon is kept; calibrate it first, or load one.")
             )
         elif path is not None and kept is not None:
             self._checked = kept
@@ -198,24 +200,43 @@ class CalibrationPage(QWidget):
     # Beginnings and ends
 
     def _begin(
-        self, path: Path | None, plan: CapturePlan | None, calibration: Calibration | None = None
+        self, path: Path, plan: CapturePlan | None, calibration: Calibration | None = None
     ) -> None:
-        if path is not None:
-            self.start.told.clear()
-            self._ours = True
-            self._desk.begin(path, plan, calibration)
+        self.start.told.clear()
+        self._ours = True
+        self._desk.begin(path, plan, calibration)
+
+    def _tell(self, sentence: str) -> None:
+        """Why something cannot begin, where a person looks now."""
+        view = self.stack.currentWidget()
+        if view is self.posing:
+            self.posing.tell_refusal(sentence)
+        elif view is self.done:
+            self.done.tell(sentence)
+        else:
+            self.start.told.setText(sentence)
+
+    def _may_begin(self) -> bool:
+        """Whether anything can be begun now; told why where not."""
+        why = ""
+        if self._desk.active or self._desk.beginning:
+            why = tr("A capture is going on already; end it first.")
+        elif self._parts.station.identity is None:
+            why = tr("No ribbon is connected; connect one first.")
+        if why:
+            self._tell(why)
+        return not why
 
     def _new_session(self, what: str) -> Path | None:
-        """Where a new session is put; None where no ribbon is there or no folder can be made."""
+        """Where a new session is put; None, and told why, where none can be begun now."""
         ribbon = self._ribbon()
-        if ribbon is None:
-            self.start.told.setText(tr("No ribbon is connected; connect one first."))
+        if not self._may_begin() or ribbon is None:
             return None
         folder = self.shelf.folder / SESSIONS
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            self.start.told.setText(f"{folder}: {error.strerror}")
+            self._tell(f"{folder}: {error.strerror}")
             return None
         plain = re.sub(r"[^A-Za-z0-9_-]+", "-", ribbon.id)[:40]
         moment = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H%M%S.%f")[:-3]

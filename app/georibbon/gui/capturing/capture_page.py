@@ -87,10 +87,10 @@ class CapturePage(QWidget):
         self.view.setFocus()
 
     def _take_layout(self) -> None:
-        """How passes are meant to be laid is the plan page's to say."""
-        layout = self.plan.plan.layout
-        if self._parts.capture.active and layout != self.model.layout:
-            self.model.take_layout(layout)
+        """How passes are meant to be laid is the plan's to say."""
+        plan = self._parts.capture.plan
+        if plan is not None and plan.layout != self.model.layout:
+            self.model.take_layout(plan.layout)
 
     # What the window's actions do; nothing as long as no capture goes on
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from georibbon.capture.ledger import NOT_YET
 from georibbon.gui import dialogs
 from georibbon.gui.calibrating.live import StillnessRing
 from georibbon.gui.capturing.board import Banner, Board, VerdictBoard, Words
@@ -58,6 +59,7 @@ class CapturingView(QWidget):
         self.plots: QWidget | None = None
         self._live: LivePicture | None = None
         self._refusal = ""
+        self._uncalibrated = ""  # why the poses that were taken give no calibration
         self.sounds = Sounds(parts)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(tr("Capture, pass after pass"))
@@ -193,7 +195,7 @@ class CapturingView(QWidget):
         document.failed.connect(self._storage)
         document.busy.connect(lambda *_: self._storage())
         station.changed.connect(self._link)
-        self._parts.units.changed.connect(self.refresh)
+        self._parts.units.changed.connect(self._take_unit)
 
     def load(self) -> None:
         """Make what takes long to load: the plots and the 3D view."""
@@ -207,6 +209,7 @@ class CapturingView(QWidget):
         self.curves.addWidget(self.plots)
         self.curves.setChildrenCollapsible(False)
         self.curves.setSizes([450, 430])
+        self._take_unit()
         self._draw()
 
     # --- what a person does ---
@@ -333,7 +336,7 @@ class CapturingView(QWidget):
 
     def begin(self) -> None:
         """A capture goes on."""
-        self._refusal = ""
+        self._refusal = self._uncalibrated = ""
         self.told.setText("")
         self._tell_quality(self._last_taken())
         self.load()
@@ -359,6 +362,12 @@ class CapturingView(QWidget):
         self._follow_selection()
         self._show_refusal()
         self._draw()
+
+    def _take_unit(self) -> None:
+        units = self._parts.units
+        if self.scene is not None:
+            self.scene.set_units(units.symbol, units.unit.metres)
+        self.refresh()
 
     def _tell_quality(self, name: str | None) -> None:
         self.verdict.show_quality(name, None if name is None else self._model.quality(name))
@@ -397,8 +406,8 @@ class CapturingView(QWidget):
             self.angle.setText("")
             self.far.setText("")
             calibrated = self._parts.capture.calibration is not None
-            none = "" if calibrated else tr("The live curve is shown once there is a calibration.")
-            self.hints.say(none)
+            none = self._uncalibrated or tr("The live curve is shown once there is a calibration.")
+            self.hints.say("" if calibrated else none, "poor" if self._uncalibrated else "words")
         else:
             angle, far = beside_words(live.beside, units)
             self.angle.setText(angle)
@@ -431,6 +440,9 @@ class CapturingView(QWidget):
         elif happening.kind == "refused":
             self._refusal = happening.message
             self._signal("refused")
+        elif happening.kind == "quality":
+            failed = happening.message.startswith(NOT_YET)
+            self._uncalibrated = happening.message if failed else ""
         elif happening.kind == "complete":
             self._signal("complete")
         elif happening.kind in ("removed", "undone", "redone"):

@@ -329,11 +329,17 @@ class CaptureModel(QObject):
             return LivePicture(name, kind, strip, curve, None, ())
         strip = place_live(lone, order, self.placed, self.layout.spacing, known)
         there = {one: placed for one, placed in self.placed.items() if one in order and one != name}
-        neighbour = neighbour_of(name, order, there)
+        sound = {one: strip for one, strip in there.items() if not self._is_poor(one)}
+        neighbour = neighbour_of(name, order, sound or there)
         beside = None if neighbour is None else compare(strip, there[neighbour], neighbour)
         wide = self.layout.spacing * self._gaps(name, neighbour, order)
         hints = () if beside is None else advise(beside, wide)
         return LivePicture(name, kind, strip, curve, beside, hints)
+
+    def _is_poor(self, name: str) -> bool:
+        """Whether a pass is to be laid again: nothing should be laid beside it."""
+        found = self.quality(name)
+        return found is not None and found.verdict == "redo"
 
     @staticmethod
     def _gaps(name: str, neighbour: str | None, order: list[str]) -> int:

@@ -140,8 +140,8 @@ class PlanPage(QWidget):
         return self.like.currentData()
 
     def follow(self, plan: CapturePlan) -> None:
-        """Show how much a capture that goes on is planned to have."""
-        self.show_plan(replace(plan, layout=self.plan.layout))
+        """Show what is planned of a capture that goes on."""
+        self.show_plan(plan)
 
     def show_plan(self, plan: CapturePlan) -> None:
         """Show a plan."""
