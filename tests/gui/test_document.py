@@ -52,7 +52,7 @@ def test_a_session_is_reconstructed_beside_the_main_thread(document, session, qt
     assert [one.name for one in document.passes] == ["P1", "P2", "P3"]
     assert document.path == session
     assert document.keeps
-    assert document.undoable == "the survey"  # what was captured can be undone too
+    assert document.undoable is None  # a recording that was imported is not taken apart
 
 
 def test_a_recording_folder_is_read_and_never_written(document, small_capture, qtbot):
@@ -128,7 +128,7 @@ def test_what_is_shown_while_a_slider_moves_is_not_kept(document, session, qtbot
     assert shown.surface.mesh.triangles is whole.surface.mesh.triangles
     assert document.reconstruction is whole
     assert document.smoothing == {"P1": 0.25}
-    assert document.undoable == "the survey"
+    assert document.undoable is None
     changed(document, qtbot, lambda: document.set_smoothing("P1", 0.3))
     document.close()
     with Session.open(session, read_only=True) as kept:
@@ -142,7 +142,7 @@ def test_what_is_shown_is_done_wholly_when_the_slider_pauses(document, session, 
     assert document.reconstruction is result
     assert smoothing_of(result)["P1"] == pytest.approx(0.25)
     assert document.smoothing == {"P1": 0.25}
-    assert document.undoable == "the survey"
+    assert document.undoable is None
 
 
 def test_what_is_kept_after_previews_is_that_of_no_previews(document, session, qtbot):
@@ -227,7 +227,7 @@ def test_what_means_nothing_is_refused_and_not_kept(
     assert not document.set_setting(whose, key, value)
     assert words in failed[0]
     assert document.values == {}
-    assert document.undoable == "the survey"
+    assert document.undoable is None
     qtbot.waitUntil(lambda: not document.is_busy)
 
 
@@ -475,3 +475,15 @@ def test_the_demonstration_is_captured_once(document, session, tmp_path, qtbot, 
             document.open_demonstration(tmp_path / "data")
     assert [one.surface for one in captures] == ["bonnet"]
     assert document.path == tmp_path / "data" / "car bonnet.georibbon"
+
+
+def test_what_is_captured_behind_an_import_is_undone_but_never_the_import(document, session, qtbot):
+    with Session.open(session) as other:
+        other.do("remove", **{"pass": "P3"})
+    opened(document, session, qtbot)
+    assert document.undoable == "the removal of pass P3"
+    changed(document, qtbot, document.undo)
+    assert [one.name for one in document.passes] == ["P1", "P2", "P3"]
+    assert document.undoable is None
+    assert document.undo() is None
+    assert document.redoable == "the removal of pass P3"

@@ -20,6 +20,7 @@ from georibbon.session.source import CALIBRATION, KEPT, calibration_of, folder_o
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
     from georibbon.recording import PassKind, Recording
+    from georibbon.session.events import Event
     from georibbon.session.state import CapturedPass, SessionState
 
 CALIBRATED = "the calibration"
@@ -288,6 +289,8 @@ class OpenedSession(_OfSession):
     @property
     def undoable(self) -> str | None:
         state = self.session.state
+        if state.done and state.done[-1] <= _made_at_once(state.history):
+            return None  # a recording that was imported is not taken apart again
         step = self._step(state.done)
         return step[1] if step else state.undoable
 
@@ -333,6 +336,15 @@ class OpenedSession(_OfSession):
     def _step(self, events: Sequence[int]) -> tuple[frozenset[int], str] | None:
         """The step that the next of these events belongs to, where it is one of several."""
         return next((step for step in self._steps if events and events[-1] in step[0]), None)
+
+
+def _made_at_once(history: Sequence["Event"]) -> int:
+    """The last event of those that a recording was imported by; 0 where none was.
+
+    An import writes all of them, the closing too, at one time.
+    """
+    closed = next((event for event in history if event.action == "closed"), None)
+    return closed.id if closed is not None and closed.time == history[0].time else 0
 
 
 class ReadOnlySession(_OfSession):
