@@ -186,3 +186,16 @@ def test_every_choice_has_a_name_and_a_tip(panel):
         assert "&" in button.text()
     for box in (panel.tolerance, panel.thickness, panel.solid, panel.neighbours, panel.reset):
         assert box.toolTip()
+
+
+def test_where_lines_may_fold_the_way_out_is_told(panel, qtbot):
+    assert panel.advice.isHidden()
+    for box, word, told in (
+        (panel.direction, "conormal", True),
+        (panel.correspondence, "foot-trim", False),
+        (panel.correspondence, "foot-cover", True),
+        (panel.direction, "chord", False),
+        (panel.interior, "c1-lines", True),
+    ):
+        wait_for_result(panel, qtbot, lambda box=box, word=word: choose(box, qtbot, word))
+        assert panel.advice.isVisible() == told, word

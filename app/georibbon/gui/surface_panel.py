@@ -118,6 +118,12 @@ class SurfacePanel(QWidget):
         self.thickness = LengthBox(self._units, THINNEST, THICKEST, 5e-4)
         self.reset = QPushButton(tr("&Reset the surface"))
         self.failure = QLabel()
+        self.advice = QLabel(
+            tr(
+                "Where passes are shifted along each other these lines may fold at the ends: "
+                "“feet, where both overlap” keeps them flat."
+            )
+        )
         self._tell()
         self._lay_out()
         self._connect()
@@ -197,12 +203,14 @@ class SurfacePanel(QWidget):
         form.addRow(tr("Factors"), self._factors_row)
         form.addRow(tr("Across from &what"), self.correspondence)
         form.addRow(tr("Over &inner passes"), self.interior)
+        form.addRow(self.advice)
         form.addRow(tr("&Tolerance"), self.tolerance)
         form.addRow(self.solid, self.thickness)
         form.addRow(_line())
         form.addRow(tr("Passes are &fitted"), self.method)
         form.addRow("", self.neighbours)
         self._form = form
+        self.advice.setWordWrap(True)
         self.failure.setWordWrap(True)
         self.failure.setTextFormat(Qt.TextFormat.PlainText)
         self.failure.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -295,6 +303,11 @@ class SurfacePanel(QWidget):
         """Choices that another one takes the place of cannot be made."""
         self._form.setRowVisible(self._angles_row, surface.direction == "angles")
         self._form.setRowVisible(self._factors_row, own)
+        may_fold = surface.interior == "c1-lines" or (
+            surface.uses_direction and surface.direction == "conormal"
+        )
+        covers = surface.correspondence == "foot-cover"
+        self._form.setRowVisible(self.advice, may_fold and covers)
         self.direction.setEnabled(surface.uses_direction)
         self._angles_row.setEnabled(surface.uses_direction)
         self.lengths.setEnabled(surface.uses_lengths)
