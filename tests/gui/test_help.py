@@ -235,3 +235,10 @@ def test_it_closes_with_its_parent(parts, qtbot):
     made.open_at("start")
     assert made.isWindow()
     assert made.parent() is above
+
+
+def test_the_page_of_the_keys_has_every_menu_once():
+    rows = [("File", "a", "1", ""), ("View", "b", "2", ""), ("File", "c", "3", "")]
+    text = manual.keyboard_page(rows)
+    assert re.findall(r"^## (.*)$", text, re.MULTILINE) == ["File", "View"]
+    assert text.index("| c |") < text.index("## View")

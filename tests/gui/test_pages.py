@@ -1,7 +1,7 @@
 """Pages are made when they are first shown, and told when they come and go."""
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QMainWindow, QWidget
 
 from georibbon.gui.pages import NavigationBar, Page, Pages
 
@@ -47,3 +47,20 @@ def test_the_bar_marks_one_page(qtbot):
     bar.mark("one")
     bar.mark("two")
     assert [one.isChecked() for one in actions.values()] == [False, True]
+
+
+def test_a_page_that_is_not_seen_takes_no_room(qtbot):
+    wide, narrow = QWidget(), QWidget()
+    wide.setMinimumSize(900, 500)
+    narrow.setMinimumSize(100, 80)
+    pages = Pages((Page("wide", lambda: wide), Page("narrow", lambda: narrow)))
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    window.setCentralWidget(pages)
+    for name in ("wide", "narrow"):
+        pages.show_page(name)
+    window.show()
+    window.resize(300, 200)
+    assert (window.width(), window.height()) == (300, 200)
+    pages.show_page("wide")
+    qtbot.waitUntil(lambda: window.width() >= 900)

@@ -53,13 +53,36 @@ class Pages(QStackedWidget):
         page = self.page(name)
         self.current = name
         self.setCurrentWidget(page)
+        self._tell_size()
         _call(page, "entered")
         self.turned.emit(name)
+
+    def _tell_size(self) -> None:
+        """Have all around know at once what this page needs, before panels are put beside it."""
+        around: QWidget | None = self
+        while around is not None:
+            around.updateGeometry()
+            around = around.parentWidget()
+
+    def sizeHint(self) -> QSize:
+        """As the page that is shown wants it, not the widest of all."""
+        page = self.currentWidget()
+        return super().sizeHint() if page is None else page.sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        """As the page that is shown needs it, not the widest of all."""
+        page = self.currentWidget()
+        return super().minimumSizeHint() if page is None else least_size(page)
 
     def end(self) -> None:
         """The window closes: what a page has running ends."""
         for page in self._made.values():
             _call(page, "end")
+
+
+def least_size(widget: QWidget) -> QSize:
+    """What a widget cannot be made smaller than."""
+    return widget.minimumSizeHint().expandedTo(widget.minimumSize())
 
 
 def _call(page: QWidget | None, name: str) -> None:

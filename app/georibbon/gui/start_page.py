@@ -2,6 +2,7 @@
 
 import datetime
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QLocale, QRectF, QSize, Qt, Signal
@@ -323,6 +324,13 @@ def _left(path: Path) -> bool:
         return holder(path) is None
     except OSError:
         return False
+
+
+def _place(folder: Path) -> str:
+    """A folder as people read it: one's own by its short name."""
+    with suppress(RuntimeError, ValueError):  # nobody's home, or elsewhere
+        return str("~" / folder.relative_to(Path.home()))
+    return str(folder)
 
 
 def _when(path: Path) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPen
-from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption
+from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption, QToolBar, QWidget
 
 from georibbon.gui.icons import icon
 from georibbon.gui.theme import Theme, colours_of, theme_of
@@ -78,6 +78,21 @@ class FramedStyle(QProxyStyle):
             return icon(_SIGNS[sign], "light")
         return super().standardIcon(sign, option, widget)
 
+    def styleHint(self, hint, option=None, widget=None, data=None) -> int:
+        """As Fusion's, but that the buttons of dialogs have words alone, as all others."""
+        if hint == QStyle.StyleHint.SH_DialogButtonBox_ButtonsHaveIcons:
+            return 0
+        return super().styleHint(hint, option, widget, data)
+
+    def drawControl(self, element, option, painter, widget=None) -> None:
+        """As Fusion draws it; bars flat, titles of columns with a selection not bold, so cut."""
+        if element == _Control.CE_ToolBar:
+            _draw_bar(painter, option, widget)
+            return
+        if element == _Control.CE_HeaderLabel:
+            option.state &= ~_State.State_On
+        super().drawControl(element, option, painter, widget)
+
     def drawComplexControl(self, control, option, painter, widget=None) -> None:
         """As Fusion draws it, and its frame over it."""
         super().drawComplexControl(control, option, painter, widget)
@@ -87,6 +102,21 @@ class FramedStyle(QProxyStyle):
         elif control == _Complex.CC_Slider:
             handle = self.subControlRect(control, option, _Sub.SC_SliderHandle, widget)
             _stroke(painter, option, handle.adjusted(1, 1, -1, -1), 2.0, focused)
+
+
+def _draw_bar(painter: QPainter, option: QStyleOption, bar: QWidget | None) -> None:
+    """A bar's flat ground, and a line on the side of what it belongs to."""
+    of, rect = colours_of(option.palette), option.rect
+    painter.save()
+    painter.fillRect(rect, QColor(of.window))
+    line = QColor(of.frame)
+    line.setAlphaF(0.5)
+    painter.setPen(QPen(line, 1.0))
+    if isinstance(bar, QToolBar) and bar.orientation() == Qt.Orientation.Vertical:
+        painter.drawLine(rect.topRight(), rect.bottomRight())
+    else:
+        painter.drawLine(rect.bottomLeft(), rect.bottomRight())
+    painter.restore()
 
 
 def _is_flat(element: QStyle.PrimitiveElement, option: QStyleOption) -> bool:

@@ -83,13 +83,12 @@ def keyboard_page(actions: Sequence[tuple[str, str, str, str]]) -> str:
         "Tab goes on to the next control, the arrows move within lists, plots and cards, Space "
         "ticks, Return does, Escape closes."
     )]  # fmt: skip
-    menu = None
-    for above, text, keys, tip in actions:
-        if above != menu:
-            menu = above
-            parts.append(f"## {menu}")
-            parts.append(f"| {tr('Action')} | {tr('Keys')} | {tr('What it does')} |\n|---|---|---|")
-        parts[-1] += f"\n| {_cell(text)} | {_cell(keys)} | {_cell(tip)} |"
+    rows: dict[str, list[str]] = {}
+    for menu, text, keys, tip in actions:
+        rows.setdefault(menu, []).append(f"| {_cell(text)} | {_cell(keys)} | {_cell(tip)} |")
+    head = f"| {tr('Action')} | {tr('Keys')} | {tr('What it does')} |\n|---|---|---|"
+    for menu, of in rows.items():
+        parts += [f"## {menu}", "\n".join((head, *of))]
     return "\n\n".join(parts) + "\n"
 
 

@@ -103,6 +103,7 @@ class HelpWindow(QWidget):
         self.show()
         self.raise_()
         self.activateWindow()
+        self.browser.setFocus()
 
     def back(self) -> None:
         """The page before."""

@@ -1,0 +1,112 @@
+"""The window on a stage: a hurried virtual ribbon, waiting, and taking pictures."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from clipped import clipped
+from PySide6.QtCore import QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+
+from georibbon.gui.notifier import Notifier
+from georibbon.gui.settings import Settings
+from georibbon.gui.window import MainWindow
+
+LONGEST = 20.0  # s that anything may take
+TURN = 10  # ms
+SETTLED = 250  # ms after which what was asked for is drawn
+
+
+class StageError(Exception):
+    """Something that was waited for did not come."""
+
+
+class Clock:
+    """A clock whose seconds are shorter than ours, as many times as it is told."""
+
+    def __init__(self) -> None:
+        self._since = (1.0, time.monotonic(), 0.0)  # replaced as a whole: other threads look
+
+    def __call__(self) -> float:
+        """Its seconds."""
+        times, ours, its = self._since
+        return its + times * (time.monotonic() - ours)
+
+    def run(self, times: float) -> None:
+        """So many of its seconds in one of ours from now on."""
+        self._since = (times, time.monotonic(), self())
+
+
+class Stage:
+    """A window, and where its pictures go.
+
+    wanted: names of pictures; all where empty.  lacking: what has no room, by picture.
+    """
+
+    def __init__(self, home: Path, folder: Path, settings: Settings, wanted: set[str]) -> None:
+        self.home, self.folder, self.clock = home, folder, Clock()
+        self.lacking: dict[str, list[str]] = {}
+        self.taken: list[str] = []
+        self._wanted = wanted
+        self._hurry()
+        self.window = MainWindow(settings, Notifier())
+        self._size = (self.window.width(), self.window.height())
+
+    def _hurry(self) -> None:
+        """Every virtual ribbon goes by the stage's clock."""
+        import georibbon.virtual as room
+
+        made, clock = room.VirtualRibbon, self.clock
+        room.VirtualRibbon = lambda settings: made(settings, clock=clock)
+
+    def wait(self, until: Callable[[], object], what: str) -> None:
+        """Wait until something is so."""
+        end = time.monotonic() + LONGEST
+        while not until():
+            if time.monotonic() > end:
+                self.window.grab().save(str(self.folder / "failed.png"))
+                raise StageError(f"{what} did not come within {LONGEST:g} s; see failed.png")
+            QTest.qWait(TURN)
+
+    def rest(self, ms: int = SETTLED) -> None:
+        """Let it be drawn."""
+        QTest.qWait(ms)
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the window a size; told as lacking where it cannot be so small."""
+        self._size = (width, height)
+        self.window.resize(width, height)
+
+    def take(self, name: str, widget: QWidget | None = None) -> None:
+        """A picture of the window, or of a part of it."""
+        if self._wanted and name not in self._wanted:
+            return
+        widget = widget or self.window
+        self.rest()
+        picture = widget.grab()
+        if not picture.save(str(self.folder / f"{name}.png")):
+            raise StageError(f"{name}.png cannot be written into {self.folder}")
+        self.taken.append(name)
+        found = clipped(widget.window())
+        there = (widget.width(), widget.height())
+        if widget is self.window and there != self._size:
+            least = self.window.minimumSizeHint()
+            found.append(
+                f"the window is {there[0]} x {there[1]} and not {self._size[0]} x {self._size[1]}; "
+                f"it needs {least.width()} x {least.height()}"
+            )
+        if found:
+            self.lacking[name] = found
+
+    def take_dialog(self, name: str, show: Callable[[], object]) -> None:
+        """A picture of a dialog that keeps its caller waiting."""
+
+        def look() -> None:
+            dialog = QApplication.activeModalWidget()
+            if dialog is not None:
+                self.take(name, dialog)
+                dialog.close()
+
+        QTimer.singleShot(SETTLED, look)
+        show()
