@@ -471,8 +471,8 @@ class MainWindow(QMainWindow):
     @Slot(str)
     def _page_turned(self, name: str) -> None:
         self.navigation.mark(name)
-        self._docks_seen()
         self.hands.setVisible(name in CAPTURING)  # it is empty without a virtual ribbon
+        self._docks_seen()  # after it, or the window would grow for both
         self._show_steps()
 
     @Slot(object, str)
