@@ -94,6 +94,14 @@ def test_an_advice_that_is_followed_gives_what_it_said():
     assert told["two ties more"] == pytest.approx(rms(replace(plan, ties=3)), rel=0.05)
 
 
+def test_a_plan_at_its_limits_has_a_forecast():
+    """An advice never asks for more than can be planned."""
+    finest = PlannedLayout(mark_sigma=1e-5, distance_sigma=1e-5, crossing_sigma=1e-5)
+    assert forecast(RIBBON, CALIBRATION, CapturePlan(passes=2, layout=finest)).figures.rms > 0.0
+    most = CapturePlan(passes=2, ties=1000)
+    assert forecast(RIBBON, CALIBRATION, most, "flat").figures.rms > 0.0
+
+
 def test_a_forecast_is_true_of_a_capture():
     plan = CapturePlan(passes=3, ties=2, layout=UNMARKED)
     told = forecast(RIBBON, CALIBRATION, plan, "flat").figures

@@ -11,7 +11,7 @@ is chosen by readings that are drawn once.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -19,7 +19,7 @@ from scipy.linalg import cholesky, solve_triangular
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.calibration.model import MOUNTING_SIGMA, Calibration, SensorModel
 from georibbon.capture.laying import Laid, Likeness, lay_plan
-from georibbon.capture.plan import CapturePlan
+from georibbon.capture.plan import LEAST_SIGMA, MOST_PLANNED, CapturePlan
 from georibbon.errors import FitError, SettingsError
 from georibbon.fitting import equations
 from georibbon.fitting.blocks import BlockMatrix
@@ -364,6 +364,19 @@ def _limits(
     stop: Callable[[], bool],
 ) -> tuple[Limit, ...]:
     """What the variance goes back to: each source taken away in turn, the others left."""
+    out = []
+    for source, words, make in _without(ribbon, calibration, laid, smoothing):
+        _look(stop)
+        left = _figures(make())[0].rms
+        out.append(Limit(source, max(0.0, 1.0 - (left / figures.rms) ** 2), words))
+    kept = [one for one in out if one.share >= LEAST_SHARE]
+    return tuple(sorted(kept, key=lambda one: -one.share))
+
+
+def _without(
+    ribbon: Ribbon, calibration: Calibration, laid: Laid, smoothing: float
+) -> list[tuple[Source, str, Callable[[], _Network]]]:
+    """Each source of error in words, and what makes the adjustment that hardly has it."""
     usual = Noise()
     quiet = Noise(*(NEARLY_NONE * one for one in (usual.contact, usual.acceleration, usual.field)))
     sure = replace(
@@ -372,7 +385,7 @@ def _limits(
         gauge_sigma=NEARLY_NONE * calibration.gauge_sigma,
     )
     exact = laid.measured(NEARLY_NONE)
-    tried: list[tuple[Source, str, Callable[[], _Network]]] = [
+    sources: list[tuple[Source, str, Callable[[], _Network]]] = [
         (
             "calibration",
             "what the calibration leaves uncertain",
@@ -391,20 +404,9 @@ def _limits(
     ]
     if laid.recording.marks:
         told = laid.with_heading(HEADING)
-        tried.append(
-            (
-                "heading",
-                "the workpiece's heading, which the survey tells badly",
-                lambda: _network(ribbon, calibration, told, smoothing),
-            )
-        )
-    out = []
-    for source, words, make in tried:
-        _look(stop)
-        left = _figures(make())[0].rms
-        out.append(Limit(source, max(0.0, 1.0 - (left / figures.rms) ** 2), words))
-    kept = [one for one in out if one.share >= LEAST_SHARE]
-    return tuple(sorted(kept, key=lambda one: -one.share))
+        words = "the workpiece's heading, which the survey tells badly"
+        sources.append(("heading", words, lambda: _network(ribbon, calibration, told, smoothing)))
+    return sources
 
 
 def _advice(
@@ -418,27 +420,8 @@ def _advice(
 ) -> tuple[Advice, ...]:
     """Changes of the plan that better it worth while, the best first."""
     layout, marked = plan.layout, plan.layout.marks > 0
-    tried: list[tuple[str, CapturePlan]] = []
-    if layout.marks < 2:
-        words = "mark the start and the end of every pass"
-        tried.append((words, replace(plan, layout=replace(layout, marks=2))))
-    elif layout.marks < 4:
-        words = "mark one more point of every pass"
-        tried.append((words, replace(plan, layout=replace(layout, marks=layout.marks + 1))))
-    tried.append(("two ties more", replace(plan, ties=plan.ties + 2)))
-    if layout.distances < 2 and not marked:
-        words = "measure the distances between neighbouring starts and ends"
-        tried.append((words, replace(plan, layout=replace(layout, distances=2))))
-    finer = replace(
-        layout,
-        mark_sigma=layout.mark_sigma / 2,
-        distance_sigma=layout.distance_sigma / 2,
-        crossing_sigma=layout.crossing_sigma / 2,
-    )
-    tried.append(("measure marks, distances and crossings twice as well",
-                  replace(plan, layout=finer)))  # fmt: skip
     out = []
-    for words, other in tried:
+    for words, other in _changes(plan):
         _look(stop)
         better = lay_plan(ribbon, other, likeness)
         # Marks put the figures into another frame: there is nothing to compare with.
@@ -451,3 +434,23 @@ def _advice(
         if rms <= (1.0 - WORTH) * figures.rms:
             out.append(Advice(words, rms))
     return tuple(sorted(out, key=lambda one: one.rms)[:MOST_ADVICE])
+
+
+def _changes(plan: CapturePlan) -> list[tuple[str, CapturePlan]]:
+    """What might better a plan, in words, and the plan that it would be."""
+    layout = plan.layout
+
+    def laid(**changes: Any) -> CapturePlan:
+        return replace(plan, layout=replace(layout, **changes))
+
+    tried = [("two ties more", replace(plan, ties=min(plan.ties + 2, MOST_PLANNED)))]
+    if layout.marks < 2:
+        tried.append(("mark the start and the end of every pass", laid(marks=2)))
+    elif layout.marks < 4:
+        tried.append(("mark one more point of every pass", laid(marks=layout.marks + 1)))
+    if layout.distances < 2 and not layout.marks:
+        words = "measure the distances between neighbouring starts and ends"
+        tried.append((words, laid(distances=2)))
+    sigmas = ("mark_sigma", "distance_sigma", "crossing_sigma")
+    finer = laid(**{name: max(0.5 * getattr(layout, name), LEAST_SIGMA) for name in sigmas})
+    return [*tried, ("measure marks, distances and crossings twice as well", finer)]
