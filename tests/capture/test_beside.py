@@ -105,6 +105,15 @@ def test_a_pass_that_is_turned_is_to_be_turned_back(angle, kind, where):
     assert first.amount == pytest.approx(abs(angle))
 
 
+@pytest.mark.parametrize(
+    ("away", "kinds"),
+    [(0.069, ["near"]), (0.071, []), (0.139, []), (0.141, ["far"])],
+)
+def test_from_seven_tenths_to_seven_fifths_of_the_spacing_it_lies_well(away, kinds):
+    found = compare(straight((0.0, away, 0.0)), straight(), "P1")
+    assert [one.kind for one in advise(found, 0.1)] == kinds
+
+
 def test_too_near_and_too_far_say_where_and_by_how_much():
     near = advise(compare(straight((0.0, 0.05, 0.0)), straight(), "P1"), 0.1)
     assert [(one.kind, one.where) for one in near] == [("near", "all")]
