@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from georibbon.arrays import FloatArray
-from georibbon.geometry.frames import rotations_between, unit
+from georibbon.geometry.frames import dot, rotations_between, unit
 from georibbon.geometry.mesh import Mesh, facets
 
 _FLAT = 1e-9  # sine of the angle between a grid's directions below which there is no plane
@@ -58,7 +58,7 @@ def grid_curvature(mesh: Mesh, shape: tuple[int, int]) -> Curvature:
     pu, pv = grid_differences(points)
     nu, nv = grid_differences(normals)
     pu, pv = _tangential(pu, normals), _tangential(pv, normals)
-    e, f, g = _dot(pu, pu), _dot(pu, pv), _dot(pv, pv)
+    e, f, g = dot(pu, pu), dot(pu, pv), dot(pv, pv)
     area = e * g - f * f
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.where(area > _FLAT**2 * e * g, 1.0 / area, np.nan)[..., None]
@@ -66,8 +66,8 @@ def grid_curvature(mesh: Mesh, shape: tuple[int, int]) -> Curvature:
         scale * (g[..., None] * pu - f[..., None] * pv),
         scale * (e[..., None] * pv - f[..., None] * pu),
     )
-    huu, hvv = -_dot(nu, pu), -_dot(nv, pv)
-    huv = -0.5 * (_dot(nu, pv) + _dot(nv, pu))
+    huu, hvv = -dot(nu, pu), -dot(nv, pv)
+    huv = -0.5 * (dot(nu, pv) + dot(nv, pu))
     tensor = (
         huu[..., None, None] * _outer(dual_u, dual_u)
         + huv[..., None, None] * (_outer(dual_u, dual_v) + _outer(dual_v, dual_u))
@@ -151,11 +151,7 @@ def _fitted(mesh: Mesh, across: FloatArray) -> FloatArray:
 
 def _tangential(vectors: FloatArray, normals: FloatArray) -> FloatArray:
     """(..., 3) the part of vectors square to unit normals."""
-    return vectors - _dot(vectors, normals)[..., None] * normals
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(np.sum(a * b, axis=-1))
+    return vectors - dot(vectors, normals)[..., None] * normals
 
 
 def _outer(a: FloatArray, b: FloatArray) -> FloatArray:
