@@ -440,3 +440,15 @@ def test_another_plan_asks_for_more_and_is_taken_back(tmp_path):
     assert engine.plan.passes == 1
     assert engine.current is None
     bench.session.close()
+
+
+def test_frames_that_come_all_at_once_mean_what_they_mean_one_by_one(tmp_path):
+    plan = CapturePlan(poses=0, passes=3, ties=0)
+    held_up = Bench(tmp_path / "s.georibbon", plan, block=10_000)
+    frames = []
+    for words in ("lift", "lay P1", "lift", "lay P2", "lift", "lay P3"):
+        held_up.ribbon.do(words)
+        frames += held_up.ribbon.frames(300)
+    held_up.engine.feed(frames)
+    assert [one.name for one in held_up.session.state.passes] == ["P1", "P2", "P3"]
+    held_up.session.close()

@@ -32,6 +32,7 @@ from georibbon.session.words import counted, nearest, told
 from georibbon.stillness import StillMeans, still_means
 from georibbon.threads import one_thread
 
+GLANCE = 0.1  # s of frames that are looked at together
 SHOWN_FRAMES = 5  # averaged for the live curve while the ribbon moves
 
 
@@ -115,9 +116,16 @@ class Engine:
     # -- readings -----------------------------------------------------------------------
 
     def feed(self, frames: Sequence[Frame]) -> None:
-        """The next frames; may take what is asked for by itself."""
-        if not frames:
-            return
+        """The next frames; may take what is asked for by itself.
+
+        Many at once, after the program was held up, mean what they would have
+        meant one by one: a motion among them is seen.
+        """
+        block = max(1, round(GLANCE * self.ribbon.rate))
+        for start in range(0, len(frames), block):
+            self._feed(frames[start : start + block])
+
+    def _feed(self, frames: Sequence[Frame]) -> None:
         self._ledger.look()
         self._recent.extend(frames)
         self._stillness = self._monitor.feed(frames)
