@@ -125,11 +125,11 @@ def test_with_a_display_the_window_opens_on_it(monkeypatch, started, written, co
 
 OPENED = """
 import sys
-from georibbon.gui import app, window
+from georibbon.gui import app, files
 def opened(self):
     print("the demonstration is opened", flush=True)
-    self.close()
-window.MainWindow.open_demonstration = opened
+    self._window.close()
+files.Files.open_demonstration = opened
 sys.exit(app.main(demonstration=True))
 """
 

@@ -101,6 +101,37 @@ def test_another_field_is_no_sensors_change(ribbon):
     assert "the field is 2.0° flatter" in found.words
 
 
+@pytest.mark.parametrize(
+    ("strength", "dip", "turn", "words"),
+    [
+        (0.9, 0.9, 0.2, ""),
+        (1.1, 0.0, 0.0, "the field is 1.1 % stronger"),
+        (0.0, 1.1, 0.0, "the field is 1.1° steeper"),
+        (0.0, 0.0, 0.4, "all together are turned by 0.4°"),
+    ],
+)
+def test_what_calibrations_of_an_unchanged_ribbon_differ_by_is_worth_no_word(
+    ribbon, strength, dip, turn, words
+):
+    """strength in percent, dip and turn in degrees."""
+    turned = exp(np.radians(np.array([turn, 0.0, 0.0])))
+    factors = [
+        1.0 + 0.01 * strength * (sensor.kind == "magnetometer") for sensor in ribbon.ribbon.sensors
+    ]
+    new = replace(
+        ribbon.calibration,
+        dip=ribbon.calibration.dip + np.radians(dip),
+        sensors=tuple(
+            replace(m, gain=f * m.gain @ turned)
+            for m, f in zip(ribbon.calibration.sensors, factors, strict=True)
+        ),
+    )
+    found = difference(ribbon.ribbon, ribbon.calibration, new)
+    plain = "no sensor stands out, all have changed by less than 0.1°"
+    assert found.words.startswith("; ".join([plain, words]) if words else plain)
+    assert (found.words == plain) == (not words)
+
+
 def test_sensors_lost_and_regained_are_named(ribbon):
     off = altered(ribbon.calibration, PLACE, lambda m: replace(m, used=False, reason="dead"))
     found = difference(ribbon.ribbon, ribbon.calibration, off)
@@ -161,6 +192,19 @@ def test_expected_errors_have_their_uncertainty(ribbon):
     assert 0.1 * found.tilt < found.tilt_sigma < 0.3 * found.tilt
     assert 0.15 * found.heading < found.heading_sigma < 0.4 * found.heading
     assert expected_errors(ribbon.ribbon, replace(ribbon.calibration, quality=None)) is None
+
+
+def test_what_is_common_to_all_alone_scatters_as_its_degrees_of_freedom_say(ribbon):
+    """The root mean square of f normal errors scatters by 1/√(2 f) of itself, to the first order:
+    f is 2 for the tilt of the bar, 1 for its heading.
+    """
+    gauge, level = 0.1, np.cos(ribbon.calibration.dip)
+    common = replace(
+        ribbon.calibration.quality, gauge=gauge, tilt=np.sqrt(2.0) * gauge, heading=gauge / level
+    )
+    found = expected_errors(ribbon.ribbon, replace(ribbon.calibration, quality=common))
+    assert found.tilt_sigma == pytest.approx(found.tilt / 2.0)
+    assert found.heading_sigma == pytest.approx(found.heading / np.sqrt(2.0))
 
 
 def test_more_sensors_make_the_expected_error_surer(ribbon):
