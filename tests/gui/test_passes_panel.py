@@ -197,3 +197,15 @@ def test_no_part_of_a_line_lies_over_another(panel, qtbot, unit):
     for one, following in pairwise(parts):
         assert one.geometry().right() < following.geometry().left()
     assert control.geometry().contains(control.back.geometry().translated(control.pos()))
+
+
+def test_where_passes_are_fitted_from_tangents_nothing_is_smoothed(panel, qtbot):
+    document = panel._document
+    wait_for_result(panel, qtbot, lambda: document.set_setting("*", "method", "paper"))
+    for name in ("*", "P1", "P2", "P3"):
+        assert not panel.control(name).isEnabled()
+        assert panel.control(name).toolTip()
+    wait_for_result(panel, qtbot, document.undo)
+    for name in ("*", "P1", "P2", "P3"):
+        assert panel.control(name).isEnabled()
+        assert panel.control(name).number.metres > 0.0

@@ -199,3 +199,14 @@ def test_where_lines_may_fold_the_way_out_is_told(panel, qtbot):
     ):
         wait_for_result(panel, qtbot, lambda box=box, word=word: choose(box, qtbot, word))
         assert panel.advice.isVisible() == told, word
+
+
+@pytest.mark.parametrize("symbol", ["mm", "cm", "in"])
+def test_the_least_that_can_be_typed_is_allowed(panel, qtbot, symbol):
+    panel._units.use(symbol)
+    for box in (panel.tolerance, panel.thickness):
+        assert box.minimum() > 0.0
+    refused = []
+    panel._document.failed.connect(refused.append)
+    wait_for_result(panel, qtbot, lambda: panel.tolerance.setValue(0.0))
+    assert refused == []

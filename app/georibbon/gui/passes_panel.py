@@ -179,9 +179,12 @@ class PassesPanel(QWidget):
 
     def _show_smoothing(self) -> None:
         smoothing, result = self._document.smoothing, self._document.reconstruction
-        fitted = {} if result is None else {one.name: one.smoothing for one in result.passes}
+        passes = () if result is None else result.passes
+        fitted = {one.name: one.smoothing for one in passes if one.smoothing > 0.0}
+        smooths = result is None or result.method != "paper"
         every = smoothing.get(EVERY_PASS)
         for name, control in self._controls.items():
+            control.set_useful(smooths)
             if name == EVERY_PASS:
                 usual = math.exp(_mean([math.log(one) for one in fitted.values()]))
                 control.show_value(

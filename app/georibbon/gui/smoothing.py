@@ -133,6 +133,11 @@ class SmoothingControl(QWidget):
             self.slider.setValue(to_step(metres))
         self.number.set_metres(metres)
 
+    def set_useful(self, useful: bool) -> None:
+        """Whether smoothing does anything; where not, it says so and cannot be moved."""
+        self.setEnabled(useful)
+        self.setToolTip("" if useful else tr("Passes fitted from tangents are not smoothed"))
+
     def _moved(self, step: int) -> None:
         metres = to_metres(step)
         self.number.set_metres(metres)

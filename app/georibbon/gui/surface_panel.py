@@ -94,7 +94,7 @@ METHODS: Choices = (
     )),
 )  # fmt: skip
 THINNEST, THICKEST = 1e-4, 0.1  # metres
-FINEST, COARSEST = 1e-6, 0.01
+FINEST, COARSEST = 1e-5, 0.01
 USUAL_THICKNESS = 0.002
 
 
