@@ -506,6 +506,35 @@ def test_two_clicks_measure_a_distance_and_cut_a_section(from_above, qtbot):
         assert told.args[0].between == pytest.approx(distance.along, rel=0.02)
 
 
+def test_measuring_on_at_once_loses_nothing_that_was_measured(from_above, qtbot):
+    found = []
+    from_above.measured.connect(lambda _: found.append("distance"))
+    from_above.sectioned.connect(lambda _: found.append("section"))
+    for tool in ("distance", "section", "distance"):
+        from_above.set_tool(tool)
+        for at in (MIDDLE, MIDDLE + QPoint(60, 10)):
+            qtbot.mouseClick(from_above, LEFT, pos=at)
+    from_above.set_tool("none")
+    qtbot.waitUntil(lambda: len(found) == 3)
+    assert found == ["distance", "section", "distance"]
+
+
+def test_what_is_cleared_while_it_is_measured_does_not_come_back(from_above, qtbot):
+    found, cleared = [], False
+    from_above.measured.connect(found.append)
+    from_above.set_tool("distance")
+    for _ in range(2):
+        for at in (MIDDLE, MIDDLE + QPoint(60, 10)):
+            qtbot.mouseClick(from_above, LEFT, pos=at)
+        if not cleared:
+            from_above.clear_marks()
+            cleared = True
+    qtbot.waitUntil(lambda: len(found) > 0)
+    from_above.tools._pool.waitForDone()
+    QApplication.processEvents()
+    assert len(found) == 1
+
+
 def test_a_place_beside_everything_is_answered_in_words(from_above, qtbot):
     from_above.set_tool("point")
     with qtbot.waitSignal(from_above.hinted) as told:

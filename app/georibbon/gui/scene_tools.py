@@ -62,7 +62,8 @@ class Tools(QObject):
         self._result: Reconstruction | None = None
         self._probe: Probe | None = None
         self._first: Pick | None = None
-        self._number = 0
+        self._number = 0  # of what was begun last, whose marks are shown
+        self._wanted = 0  # what was begun before this one is wanted no more
         self._pool = QThreadPool(self)
         self._pool.setMaxThreadCount(1)
         self._finished.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -80,13 +81,17 @@ class Tools(QObject):
             raise ValueError(f"there is no tool {tool}")
         if tool != self.tool:
             self.tool = tool
-            self.clear()
+            self._begin_anew()
             if self._stage is not None and tool == "none":
                 self._stage.show_cross(False)
             self.changed.emit(tool)
 
     def clear(self) -> None:
-        """Forget what was touched, and take its marks away."""
+        """Forget what was touched, and take its marks away; what is being found is dropped."""
+        self._begin_anew()
+        self._wanted = self._number
+
+    def _begin_anew(self) -> None:
         self._first = None
         self._number += 1
         self._mark([], [])
@@ -118,12 +123,12 @@ class Tools(QObject):
     def _second(self, first: Pick, second: Pick) -> None:
         import numpy as np
 
-        probe, self._first = self._probe, None
+        probe, tool, self._first = self._probe, self.tool, None
         self._mark([first, second], [np.stack((first.position, second.position))])
         sight = None if self.upright else self._stage.sight
 
         def work() -> Distance | Section:
-            if self.tool == "section":
+            if tool == "section":
                 return probe.section(first, second, sight)
             return probe.distance(first, second)
 
@@ -133,21 +138,25 @@ class Tools(QObject):
     def _deliver(self, number: int, found: object) -> None:
         from georibbon.scene.measuring import Distance, Section
 
-        if number != self._number:
+        if number < self._wanted:
             return
-        self.hinted.emit(self._hint())
+        newest = number == self._number  # else another place is touched already
+        if newest:
+            self.hinted.emit(self._hint())
         if isinstance(found, Distance):
             lines = [found.path] if len(found.path) else []
             straight = [one.position for one in (found.first, found.second)]
-            self._mark([found.first, found.second], [*lines, _stack(straight)])
+            if newest:
+                self._mark([found.first, found.second], [*lines, _stack(straight)])
             self.measured.emit(found)
         elif isinstance(found, Section):
-            self._mark([found.first, found.second], [found.points])
+            if newest:
+                self._mark([found.first, found.second], [found.points])
             self.sectioned.emit(found)
-        elif isinstance(found, GeoribbonError):
-            self.hinted.emit(str(found))
-        else:
+        elif not isinstance(found, GeoribbonError):
             self.fault.emit(found)
+        elif newest:
+            self.hinted.emit(str(found))
 
     def _mark(self, picks: list[Pick], curves: list) -> None:
         if self._stage is not None:
