@@ -78,10 +78,10 @@ def test_a_changed_bias_is_named_and_measured(ribbons, name, bias, said):
 @pytest.mark.parametrize(
     ("dip", "strength", "words"),
     [
-        (DIP, 1.05, "stronger"),
-        (DIP, 0.95, "weaker"),
-        (DIP + 5, 1.0, "steeper"),
-        (58, 1.0, "flatter"),
+        (DIP, 1.03, "stronger"),
+        (DIP, 0.97, "weaker"),
+        (DIP + 4, 1.0, "steeper"),
+        (DIP - 4, 1.0, "flatter"),
     ],
 )
 def test_another_field_is_told_as_the_place_and_no_sensor(ribbons, dip, strength, words):

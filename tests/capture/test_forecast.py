@@ -105,7 +105,7 @@ def test_a_plan_at_its_limits_has_a_forecast():
 def test_a_forecast_is_true_of_a_capture():
     plan = CapturePlan(passes=3, ties=2, layout=UNMARKED)
     told = forecast(RIBBON, CALIBRATION, plan, "flat").figures
-    errors = []
+    errors, angles = [], []
     for seed in (1, 2, 3):
         settings = SimulationSettings(
             surface="plane",
@@ -118,8 +118,11 @@ def test_a_forecast_is_true_of_a_capture():
         result = reconstruct(made.recording, ReconstructionSettings(surface=None))
         found = score(result, made.truth).curves.passes
         errors += [one.rms**2 for name, one in found.items() if name.startswith("P")]
+        angles += [one.normal_rms**2 for name, one in found.items() if name.startswith("P")]
     ratio = 1e-3 * np.sqrt(np.mean(errors)) / told.rms
     assert 0.4 < ratio < 1.6
+    # Normals go by their two components together, the forecast by one of them.
+    assert 0.8 < np.radians(np.sqrt(np.mean(angles))) / told.normal < 1.8
 
 
 def test_a_plan_that_gives_nothing_is_refused():

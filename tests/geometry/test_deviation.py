@@ -155,6 +155,12 @@ def test_straight_over_the_border_there_is():
     assert deviation(points, located(flat())) == pytest.approx([0.01, 0.02])
 
 
+@pytest.mark.parametrize(("lean", "there"), [(0.05, True), (0.2, False)])
+def test_leaning_out_over_the_border_counts_as_beyond_from_a_tenth_on(lean, there):
+    points = np.array([[0.5 + lean * 0.02, 0.0, 0.02]])
+    assert np.isfinite(deviation(points, located(flat()))).item() is there
+
+
 def test_what_is_far_away_belongs_to_something_else():
     mesh = flat()
     points = np.array([[0.0, 0.0, 0.12], [0.0, 0.0, 0.2]])
@@ -251,6 +257,28 @@ def test_alignment_is_a_rigid_motion_and_the_same_each_time():
     assert np.array_equal(one.translation, two.translation)
     assert one.rotation.T @ one.rotation == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(one.rotation) == pytest.approx(1.0)
+
+
+def test_with_noise_it_is_found_back_from_the_other_way_round():
+    mesh, reference = wavy(25), wavy(31)
+    turned = Motion(rotations.exp(np.array([0.0, 0.0, 2.8])), np.array([0.1, 0.0, 0.02]))
+    noise = 2e-4 * np.random.default_rng(3).standard_normal(mesh.vertices.shape)
+    moved = turned.applied(mesh.vertices + noise)
+    found = align(moved, located(reference), reference.vertices)
+    back = deviation(found.applied(moved), located(reference))
+    assert np.sqrt(np.nanmean(back**2)) < 4e-4
+    assert found.angle == pytest.approx(2.8, abs=0.05)
+
+
+def test_what_fits_nearly_as_well_the_other_way_round_is_not_turned():
+    """A dome with a ripple of a fifth the other way about: half of the miss, turned."""
+
+    def dome(share):
+        return sheet(31, lambda x, y: -0.2 * (x * x + y * y) + share * 5e-4 * np.sin(25.0 * x))
+
+    reference, mesh = dome(1.0), dome(-0.3)
+    found = align(mesh.vertices, located(reference), reference.vertices)
+    assert found.angle < 0.1
 
 
 def test_what_lies_right_is_left():
