@@ -174,3 +174,15 @@ def test_a_capture_that_is_ended_while_it_begins_leaves_nothing(desk, tmp_path):
     assert not [one for one in threading.enumerate() if one.name == "capture"]
     with Session.open(tmp_path / "s.georibbon") as kept:
         assert kept.state.passes == ()
+
+
+def test_a_capture_that_could_not_begin_takes_no_frames(desk, tmp_path):
+    desk.connect()
+    taps = []
+    recorder = desk.station.recorder
+    desk.station.recorder = lambda: taps.append(recorder()) or taps[-1]
+    for name in ("one", "two"):
+        with desk.qtbot.waitSignal(desk.capture.failed, timeout=LONG):
+            desk.capture.begin(tmp_path / "nowhere" / name, plan=PLAN)
+    assert len(taps) == 2
+    desk.qtbot.waitUntil(lambda: all(tap.closed for tap in taps), timeout=LONG)

@@ -80,7 +80,7 @@ def test_from_the_start_page_to_the_surface_on_the_disk(person, tmp_path):
     window = person.window
     calibrate(person)
     capture(person)
-    truth, surface = window.station.virtual.truth, window.station.virtual.truth.surface
+    truth = window.station.virtual.truth
     result = window.document.reconstruction
     assert [one.name for one in result.passes] == ["P1", "P2", "P3", "P4", "P5", "T1", "T2"]
     assert score(result, truth).curves.all.rms < EXPECTED_MM
@@ -99,7 +99,7 @@ def test_from_the_start_page_to_the_surface_on_the_disk(person, tmp_path):
 
     target = export(person, tmp_path / "bonnet.stl")
     mesh = trimesh.load(target)
-    away = closest_point(surface, np.asarray(mesh.vertices) / 1e3).distance
+    away = closest_point(truth.shape, np.asarray(mesh.vertices) / 1e3).distance
     assert np.sqrt(np.mean(away**2)) < 1e-3 * EXPECTED_MM
     window.close()
 

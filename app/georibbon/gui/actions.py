@@ -89,7 +89,7 @@ ACTIONS = (
     Action("export", N_("&Export…"), "Ctrl+E",
            N_("Write the surface, the curves, a report or the recording's folder"), "export", FILE,
            "source", icon="export", argument="surface", toolbar=True),
-    Action("report", N_("Write &report…"), "Ctrl+Alt+E",
+    Action("report", N_("Write repor&t…"), "Ctrl+Alt+E",
            N_("Write a report with pictures and figures, as HTML or PDF"), "export", FILE,
            "result", icon="report", argument="report"),
     Action("picture", N_("Save &picture…"), "Ctrl+Shift+S",

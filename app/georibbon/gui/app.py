@@ -55,13 +55,14 @@ def main(path: Path | None = None, *, demonstration: bool = False) -> int:
     if path is not None:
         QTimer.singleShot(0, lambda: window.open(path))
     elif demonstration:
-        QTimer.singleShot(0, window.open_demonstration)
+        QTimer.singleShot(0, window.files.open_demonstration)
     QTimer.singleShot(0, lambda: window.crashes.tell_of_before(hard.previous))
     code = application.exec()
     QThreadPool.globalInstance().waitForDone()
-    heard.setEnabled(False)
-    os.close(signal.set_wakeup_fd(-1))
-    os.close(heard.socket())
+    if heard is not None:
+        heard.setEnabled(False)
+        os.close(signal.set_wakeup_fd(-1))
+        os.close(heard.socket())
     qInstallMessageHandler(None)
     notifier.uninstall()
     hard.end()
@@ -87,8 +88,10 @@ def _load() -> None:
     import georibbon.scene.scene  # noqa: F401 - loaded beside the window, for those that need it
 
 
-def _close_on_signals(window) -> QSocketNotifier:
+def _close_on_signals(window) -> QSocketNotifier | None:
     """Close the window, and with it the session, on Ctrl+C in the terminal or a plain kill."""
+    if os.name != "posix":  # elsewhere a pipe wakes no notifier, and there are no such signals
+        return None
     reading, writing = os.pipe()
     os.set_blocking(reading, False)
     os.set_blocking(writing, False)

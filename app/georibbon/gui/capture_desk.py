@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from georibbon.gui.document import Document
     from georibbon.gui.station.station import Station
     from georibbon.recording import PassKind
+    from georibbon.ribbon import Ribbon
     from georibbon.session.session import Session
 
 TICK = 0.02  # s, at most, from a frame or a verb to its being seen to
@@ -66,10 +67,12 @@ class Standing:
 class _Thread(threading.Thread):
     """The engine's owner: it opens the session, and does everything with the engine."""
 
-    def __init__(self, desk: CaptureDesk, make: Callable[[], Engine], tap: Tap) -> None:
+    def __init__(
+        self, desk: CaptureDesk, make: Callable[[], Engine], tap: Tap, ribbon: Ribbon
+    ) -> None:
         super().__init__(name="capture", daemon=True)
         self._desk, self._make = desk, make
-        self.tap = tap
+        self.tap, self.ribbon = tap, ribbon
         self.diary = desk.station.diary
         self.verbs: SimpleQueue[Verb] = SimpleQueue()
         self.ending = threading.Event()
@@ -80,23 +83,24 @@ class _Thread(threading.Thread):
         """Until it is told to end, and all that was asked for is done."""
         desk = self._desk
         try:
-            engine = self._make()
-        except GeoribbonError as error:
-            desk._could_not.emit(self, str(error))
-            return
-        except Exception as error:
-            desk._broke.emit(self, error)
-            return
-        engine.observe(desk._news.emit)
-        desk._opened.emit(self, engine.session, self._standing(engine))
-        try:
-            while not self.ending.is_set():
-                self._turn(engine)
-            self._obey(engine)
+            engine = self._made()
+            if engine is not None:
+                engine.observe(desk._news.emit)
+                desk._opened.emit(self, engine.session, self._standing(engine))
+                while not self.ending.is_set():
+                    self._turn(engine)
+                self._obey(engine)
         except Exception as error:  # a fault of ours: the session is whole, the capture is over
             desk._broke.emit(self, error)
         finally:
             self.tap.close()
+
+    def _made(self) -> Engine | None:
+        try:
+            return self._make()
+        except GeoribbonError as error:
+            self._desk._could_not.emit(self, str(error))
+            return None
 
     def _turn(self, engine: Engine) -> None:
         tap = self.tap
@@ -274,7 +278,7 @@ class CaptureDesk(QObject):
             same = open_one is not None and here is not None and here.resolve() == path.resolve()
             session = open_one if same else None
             make = _engine(path, session, identity, plan, calibration, auto)
-            self._thread = _Thread(self, make, self.station.recorder())
+            self._thread = _Thread(self, make, self.station.recorder(), identity.ribbon)
             self._thread.start()
 
     def end(self) -> None:
@@ -284,6 +288,10 @@ class CaptureDesk(QObject):
             return
         thread.ending.set()
         thread.join(LONGEST_END)
+        if thread.is_alive():  # it still holds the session, which waits for it when it is closed
+            self.fault.emit(
+                RuntimeError(f"the capture's thread has not ended in {LONGEST_END:g} s")
+            )
         QCoreApplication.sendPostedEvents(self)  # what it told until its end
         self._over()
 
@@ -430,16 +438,15 @@ class CaptureDesk(QObject):
             self.refreshed.emit(Glance(live, rate))
 
     @Slot(object)
-    def _take_link(self, _identity: Identity) -> None:
+    def _take_link(self, identity: Identity) -> None:
         """Another connection: its frames go into the capture that is going on."""
         thread = self._thread
-        if thread is None or thread.diary is self.station.diary:
+        if thread is None or not thread.is_alive() or thread.diary is self.station.diary:
             return
         from georibbon.device.identity import check_same
 
         try:
-            if self._session is not None:
-                check_same(_identity.ribbon, self._session.state.ribbon)
+            check_same(identity.ribbon, thread.ribbon)
         except GeoribbonError as error:
             self.refused.emit(str(error))
             return

@@ -254,7 +254,7 @@ class Document(QObject):
             return
         enough = sum(one.kind == "pass" for one in self.passes) >= LEAST_PASSES
         if not enough:
-            self._result = None
+            self._result = self._recording = self._failure = None
         self.changed.emit("passes")
         if enough:
             self.reconstruct()
@@ -418,7 +418,7 @@ class Document(QObject):
     def _work(
         self,
         way: Callable[..., Reconstruction],
-        then: Callable[[Opened, Reconstruction], None],
+        then: Callable[[Opened, tuple[Recording, Reconstruction]], None],
         words: str,
     ) -> None:
         """Have the reconstruction done one way or the other with the settings of now."""
@@ -428,15 +428,15 @@ class Document(QObject):
         _ = self.settings  # tells what in them means nothing
         values, held = dict(self.values), self._stages
 
-        def work() -> Reconstruction:
+        def work() -> tuple[Recording, Reconstruction]:
             from georibbon.reconstruction import Stages
             from georibbon.session.settings import sound_settings
 
             if not held:
                 held.append(Stages())
-            self._recording = recording = source.recording()
+            recording = source.recording()
             settings, _ = sound_settings(values, [one.name for one in recording.passes])
-            return way(recording, settings, source.calibration, held[0])
+            return recording, way(recording, settings, source.calibration, held[0])
 
         self._ask(work, partial(then, source), words)
 
@@ -500,14 +500,15 @@ class Document(QObject):
             self.told.emit(sentence)
         self.reconstruct()
 
-    def _reconstructed(self, source: Opened, result: Reconstruction) -> None:
+    def _reconstructed(self, source: Opened, found: tuple[Recording, Reconstruction]) -> None:
         if source is self._source:
-            self._result, self._failure = result, None
-            self.reconstructed.emit(result)
+            self._recording, self._result = found  # they belong together
+            self._failure = None
+            self.reconstructed.emit(self._result)
 
-    def _previewed(self, source: Opened, result: Reconstruction) -> None:
+    def _previewed(self, source: Opened, found: tuple[Recording, Reconstruction]) -> None:
         if source is self._source and self._preview:
-            self.previewed.emit(result)
+            self.previewed.emit(found[1])
 
     def _replace(self, source: Opened | None, discard: bool = False) -> bool:
         """Close what is open, and have another in its place; not where that cannot be written."""

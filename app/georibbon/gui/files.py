@@ -28,24 +28,40 @@ class Files:
         self._document = parts.document
 
     def open(self, path: Path) -> None:
-        """Open a session or a recording folder; a capture that is going on ends."""
-        self._parts.capture.end()
-        self._document.open(path)
+        """Open a session or a recording folder; not while a capture goes on."""
+        if self._free():
+            self._document.open(path)
+
+    def _free(self) -> bool:
+        """Whether no capture goes on, which a file that is dropped must not end."""
+        capture = self._parts.capture
+        busy = capture.active or capture.beginning
+        if busy:
+            self._parts.notifier.tell(
+                "error", tr("a capture goes on; finish it before you open something else")
+            )
+        return not busy
 
     def ask_session(self) -> None:
         """Open a session that a person chooses."""
+        if not self._free():
+            return
         path = dialogs.ask_session(self._window, self.folder())
         if path is not None:
             self.open(path)
 
     def ask_folder(self) -> None:
         """Open a recording folder that a person chooses."""
+        if not self._free():
+            return
         path = dialogs.ask_folder(self._window, self.folder(), tr("Open recording folder"))
         if path is not None:
             self.open(path)
 
     def ask_import(self) -> None:
         """Import a recording folder that a person chooses into a session file to be chosen too."""
+        if not self._free():
+            return
         folder = dialogs.ask_folder(self._window, self.folder(), tr("Import recording folder"))
         if folder is None:
             return
@@ -54,12 +70,12 @@ class Files:
             self._window, proposal, tr("Import into session"), tr(dialogs.SESSIONS)
         )
         if target is not None:
-            self._parts.capture.end()
             self._document.import_folder(folder, target)
 
     def open_demonstration(self) -> None:
         """Open the virtual capture of a car bonnet."""
-        self._parts.capture.end()
+        if not self._free():
+            return
         place = QStandardPaths.StandardLocation.AppLocalDataLocation
         self._document.open_demonstration(Path(QStandardPaths.writableLocation(place)))
 
