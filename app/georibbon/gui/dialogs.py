@@ -44,12 +44,22 @@ def ask_folder(parent: QWidget, folder: Path, title: str) -> Path | None:
 
 
 def ask_target(parent: QWidget, proposal: Path, title: str, filters: str) -> Path | None:
-    """A file to write; it gets the proposal's ending where a person gives none."""
-    found, _ = QFileDialog.getSaveFileName(parent, title, str(proposal), filters)
-    if not found:
-        return None
-    path = Path(found)
-    return path if path.suffix else path.with_suffix(proposal.suffix)
+    """A file to write; it gets the proposal's ending where a person gives none.
+
+    With that ending it is asked for before a file that is there is written over.
+    """
+    dialog = QFileDialog(parent, title, str(proposal.parent), filters)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setFileMode(QFileDialog.FileMode.AnyFile)
+    dialog.setDefaultSuffix(proposal.suffix.removeprefix("."))
+    dialog.selectFile(proposal.name)
+    try:
+        if dialog.exec() != QDialog.DialogCode.Accepted:
+            return None
+        (found,) = dialog.selectedFiles()
+        return Path(found)
+    finally:
+        dialog.deleteLater()
 
 
 class PictureDialog(QDialog):

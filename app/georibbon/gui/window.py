@@ -45,6 +45,7 @@ from georibbon.gui.passes_panel import PassesPanel
 from georibbon.gui.result_views import ResultViews
 from georibbon.gui.review.history_panel import HistoryPanel
 from georibbon.gui.scene_view import make_view
+from georibbon.gui.section_file import save_section
 from georibbon.gui.settings import Settings
 from georibbon.gui.start_page import StartPage
 from georibbon.gui.station.station import Station
@@ -235,6 +236,9 @@ class MainWindow(QMainWindow):
         self.station.disconnected.connect(self._show_steps)
         self._connect_capture()
         self.results.summarised.connect(self.summary.setText)
+        self.view_panel.section_export.connect(
+            lambda section: save_section(self, self.notifier, self.files.folder(), section)
+        )
         self.view_panel.deviation_from_session.connect(lambda: self.compare().ask_for_session())
         self.view_panel.deviation_from_mesh.connect(lambda: self.compare().ask_for_mesh())
 
