@@ -1,6 +1,6 @@
 """Where a result's sensors, frames, survey and border are to be drawn: arrays alone."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ from georibbon.geometry.mesh import boundary_edges
 from georibbon.geometry.surface import Surface
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
 from georibbon.ribbon import Ribbon
+
+_NEAR = 1e-6  # m: a place this near to an end is on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +31,23 @@ class Survey:
 
 
 def survey_places(result: Reconstruction) -> Survey:
-    """The places of all observations of passes that are in the result."""
-    names = {fitted.name for fitted in result.passes}
-    seen = [one for one in result.survey if names.issuperset(one.passes)]
+    """The places of all observations of passes that are in the result, where these reach them."""
+    reach = {one.name: (one.strip.s[0] - _NEAR, one.strip.s[-1] + _NEAR) for one in result.passes}
+    seen = [one for one in result.survey if reach.keys() >= set(one.passes) and _is_on(one, reach)]
     fitted = _fitted_ends(result, seen)
     points = [ends.mean(axis=0) for one, ends in zip(seen, fitted, strict=True) if _is_place(one)]
     gaps = [ends for one, ends in zip(seen, fitted, strict=True) if one.kind == "crossing"]
     spans = [ends for one, ends in zip(seen, fitted, strict=True) if one.kind == "distance"]
     bare = np.empty((0, 3))
     return Survey(np.array(points).reshape(-1, 3), np.concatenate([bare, *spans]), gaps, spans)
+
+
+def _is_on(seen: SurveyResidual, reach: Mapping[str, tuple[float, float]]) -> bool:
+    """Whether none of it lies on an end that was cut off."""
+    return all(
+        reach[name][0] <= at <= reach[name][1]
+        for name, at in zip(seen.passes, seen.at, strict=True)
+    )
 
 
 def _is_place(seen: SurveyResidual) -> bool:
