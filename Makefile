@@ -13,7 +13,7 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
-.PHONY: help demo test benchmarks translations lock clean
+.PHONY: help demo test benchmarks pictures translations lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -21,6 +21,7 @@ help:
 	@echo "make test        style, types, import rules and all tests with their coverage"
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
 	@echo "make translations  take up the program's texts into resources/translations, and tell what lacks a translation"
+	@echo "make pictures    the manual's and the README's pictures anew, from the window itself"
 	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
 	@echo "make clean       remove build/ and caches (.venv stays)"
 
@@ -58,6 +59,9 @@ benchmarks: $(TEST)
 
 translations: $(TEST)
 	@$(BIN)/python packaging/translations.py
+
+pictures: $(TEST)
+	@$(SCREEN) $(BIN)/python packaging/gallery/pictures.py
 
 lock: $(TEST)
 	@sh packaging/lock.sh $(ARGS)

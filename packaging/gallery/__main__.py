@@ -18,6 +18,11 @@ from pathlib import Path
 def main() -> int:
     """Take the pictures; the exit code."""
     wanted = _arguments()
+    if wanted.list:
+        from scenes import NAMES
+
+        print("\n".join(NAMES))
+        return 0
     os.environ["QT_SCALE_FACTOR"] = str(wanted.scale)  # before there is an application
     wanted.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="georibbon-") as home:
@@ -28,12 +33,15 @@ def main() -> int:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the pictures")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("-o", "--output", type=Path, help="folder of the pictures")
+    what.add_argument("--list", action="store_true", help="only the pictures' names")
     parser.add_argument("--theme", choices=("light", "dark"), default="light")
     parser.add_argument("--scale", type=int, choices=(1, 2), default=1)
     parser.add_argument("--language", choices=("en", "fr"), default="en")
     parser.add_argument("--size", default="1280x800", help="of the window, as 1280x800")
     parser.add_argument("--prepared", type=Path, help="folder in which the sessions are kept")
+    parser.add_argument("--calm", action="store_true", help="figures as a real ribbon has them")
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME", help="these pictures")
     parser.add_argument("--scenes", nargs="*", default=[], help="these scenes")
     return parser.parse_args()
@@ -78,7 +86,7 @@ def _stage(wanted: argparse.Namespace, home: Path, captures: Path):
     settings.sound = False
     for name in (prepare.PART, prepare.NEXT, prepare.BONNET):
         settings.opened(captures / name)
-    stage = Stage(captures, wanted.output.absolute(), settings, set(wanted.only))
+    stage = Stage(captures, wanted.output.absolute(), settings, set(wanted.only), wanted.calm)
     width, height = wanted.size.split("x")
     stage.resize(int(width), int(height))
     stage.window.show()

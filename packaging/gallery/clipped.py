@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QRadioButton,
+    QSizePolicy,
     QSpinBox,
     QStyle,
     QStyleOptionComboBox,
@@ -25,11 +26,6 @@ from PySide6.QtWidgets import (
 
 SLACK = 1  # px
 
-# Who may have too little room, by class and accessible name or words, and why.
-ALLOWED = {
-    ("QLabel", "What the hands did"): "a remark that is whole in its tool tip",
-}
-
 
 def clipped(window: QWidget) -> list[str]:
     """What of a window and all that is in it lacks room, a line each."""
@@ -40,7 +36,7 @@ def clipped(window: QWidget) -> list[str]:
             and widget.window() is window
             and not widget.visibleRegion().isEmpty()
         ):
-            found += [f"{_told(widget)}: {what}" for what in _of(widget) if not _allowed(widget)]
+            found += [f"{_told(widget)}: {what}" for what in _of(widget) if not _gives_way(widget)]
     return found
 
 
@@ -52,9 +48,10 @@ def _told(widget: QWidget) -> str:
     return kind.__name__ if own == kind.__name__ else f"{own} ({kind.__name__})"
 
 
-def _allowed(widget: QWidget) -> bool:
-    name = _told(widget)
-    return any((name, said) in ALLOWED for said in (widget.accessibleName(), _words(widget)))
+def _gives_way(widget: QWidget) -> bool:
+    """Whether it is meant to be cut: a remark of any width, whole in its tool tip."""
+    gives = widget.sizePolicy().horizontalPolicy() == QSizePolicy.Policy.Ignored
+    return gives and set(_words(widget).split()) <= set(widget.toolTip().split())
 
 
 def _words(widget: QWidget) -> str:

@@ -1,6 +1,7 @@
 """What is shown, one scene after the other, as a person comes by it."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import prepare
 from PySide6.QtCore import QPoint, Qt
@@ -11,7 +12,6 @@ from stage import Stage
 from georibbon.gui.scene_view import COLOURINGS
 
 LEFT = Qt.MouseButton.LeftButton
-FAST = 5.0
 SMALL = (1024, 700)
 LOOKED_AT = ((0.35, 0.38), (0.58, 0.32))  # places of the 3D view that lie on the surface
 
@@ -64,7 +64,7 @@ def _poses(stage: Stage, page) -> None:
     window, posing = stage.window, page.posing
     _go_on(stage, page, "begun")
     stage.wait(lambda: page._found is not None, "the calibration's quality")
-    stage.clock.run(FAST)
+    stage.hurry()
     window.hands.lay_wrongly()
     stage.wait(lambda: posing.progress.refused, "the refusal")
     window.capture.set_auto(False)
@@ -72,8 +72,8 @@ def _poses(stage: Stage, page) -> None:
     posing.choose_next()
     stage.rest()
     window.hands.lay()
-    stage.rest(600)
-    stage.clock.run(1.0)
+    stage.rest(1500)
+    stage.calm_down()
     stage.take("calibrate-poses")
     posing.what.setCurrentIndex(1)
     stage.take("calibrate-field")
@@ -92,14 +92,14 @@ def _check(stage: Stage, page) -> None:
     """The daily check."""
     window = stage.window
     page.start.kept.table.selectRow(0)
-    stage.clock.run(FAST)
+    stage.hurry()
     window.hands.follow.setChecked(True)
     window.hands.pause.setValue(0.0)
     page.begin_check()
     stage.wait(lambda: _captures(stage), "the daily check")
     stage.wait(page.posing.check.table.isVisible, "the check's verdict")
     window.hands.follow.setChecked(False)
-    stage.clock.run(1.0)
+    stage.calm_down()
     stage.take("daily-check")
     page.stop()
 
@@ -116,10 +116,10 @@ def capture(stage: Stage) -> None:
     window.capture.begin(stage.home / prepare.PART, auto=False)
     stage.wait(lambda: _captures(stage), "the capture")
     stage.wait(lambda: window.document.reconstruction is not None, "the first surface")
-    stage.clock.run(FAST)
+    stage.hurry()
     window.hands.lay()
-    stage.rest(800)
-    stage.clock.run(1.0)
+    stage.rest(1500)
+    stage.calm_down()
     stage.wait(page.view.angle.text, "the live curve")
     stage.take("capture-live")
     page.view.tabs.setCurrentWidget(page.view.survey)
@@ -204,6 +204,7 @@ def dialogs(stage: Stage) -> None:
         dialog = window.findChild(ExportDialog)
         stage.wait(lambda one=dialog: not one._painter.is_busy, "the preview")
         stage.rest(400)
+        dialog.place.setText(f"~/captures/{Path(dialog.place.text()).name}")
         stage.take(f"export-{kind}", dialog)
         dialog.reject()
         stage.rest(50)
@@ -283,6 +284,7 @@ def small(stage: Stage) -> None:
     window = stage.window
     for name in ("review", "start", "connect", "calibrate", "capture"):
         window.show_page(name)
+        stage.rest(100)
         stage.resize(*SMALL)
         stage.take(f"small-{name}")
 

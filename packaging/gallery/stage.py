@@ -15,6 +15,8 @@ from georibbon.gui.window import MainWindow
 
 LONGEST = 20.0  # s that anything may take
 TURN = 10  # ms
+FAST, CALM = 5.0, 2.0  # times as fast
+CALMED = 2500  # ms after which rates are those of now
 SETTLED = 250  # ms after which what was asked for is drawn
 
 
@@ -41,24 +43,37 @@ class Clock:
 class Stage:
     """A window, and where its pictures go.
 
-    wanted: names of pictures; all where empty.  lacking: what has no room, by picture.
+    wanted: names of pictures; all where empty.  calm: nothing is hurried so much that
+    it shows in the figures.  lacking: what has no room, by picture.
     """
 
-    def __init__(self, home: Path, folder: Path, settings: Settings, wanted: set[str]) -> None:
+    def __init__(
+        self, home: Path, folder: Path, settings: Settings, wanted: set[str], calm: bool
+    ) -> None:
         self.home, self.folder, self.clock = home, folder, Clock()
         self.lacking: dict[str, list[str]] = {}
         self.taken: list[str] = []
-        self._wanted = wanted
-        self._hurry()
+        self._wanted, self._calm = wanted, calm
+        self._speed_ribbons()
         self.window = MainWindow(settings, Notifier())
         self._size = (self.window.width(), self.window.height())
 
-    def _hurry(self) -> None:
+    def _speed_ribbons(self) -> None:
         """Every virtual ribbon goes by the stage's clock."""
         import georibbon.virtual as room
 
         made, clock = room.VirtualRibbon, self.clock
         room.VirtualRibbon = lambda settings: made(settings, clock=clock)
+
+    def hurry(self) -> None:
+        """What is not seen goes by fast."""
+        self.clock.run(CALM if self._calm else FAST)
+
+    def calm_down(self) -> None:
+        """What is seen goes by as it does; calmly, its figures too."""
+        self.clock.run(1.0)
+        if self._calm:
+            self.rest(CALMED)
 
     def wait(self, until: Callable[[], object], what: str) -> None:
         """Wait until something is so."""

@@ -177,7 +177,7 @@ class StartPage(QWidget):
         for path in paths:
             left = tr("It was not closed; what was captured is in it.") if _left(path) else ""
             more = f"\n▲ {left}" if left else ""
-            item = QListWidgetItem(f"{path.name}\n{_when(path)}{path.parent}{more}")
+            item = QListWidgetItem(f"{path.name}\n{_when(path)}{_place(path.parent)}{more}")
             item.setData(Qt.ItemDataRole.UserRole, path)
             item.setToolTip(str(path))
             self.recent.addItem(item)

@@ -1,0 +1,69 @@
+"""Pictures of every page and dialog, in light and dark at two scales, into build/screenshots.
+
+Each is taken by a process of its own, as `packaging/gallery` takes them; it tells
+which words have no room, and which page a window is too small for.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QImage
+
+ROOT = Path(__file__).parents[2]
+GALLERY = ROOT / "packaging" / "gallery"
+SCREENSHOTS = ROOT / "build" / "screenshots"
+LONGEST = 110  # s that a process may take on a busy machine
+COLOURS = 12  # at least, of a picture that is not blank: words are smooth at their edges
+WHOLE, SMALL = (1280, 800), (1024, 700)
+PARTS = ("export-", "panel-", "manual-", "settings", "palette", "picture", "about", "discard",
+         "compare", "crash")  # fmt: skip
+LOOKS = [(theme, scale) for theme in ("light", "dark") for scale in (1, 2)]
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """Where what is shown is prepared by the first process, for those that follow."""
+    return tmp_path_factory.mktemp("gallery") / "prepared"
+
+
+def names():
+    """The pictures that there must be, in their order."""
+    said = subprocess.run(
+        [sys.executable, str(GALLERY), "--list"], capture_output=True, text=True, check=True
+    )
+    return said.stdout.split()
+
+
+def colours(image):
+    """How many colours every seventh point of a picture has."""
+    return len(
+        {image.pixel(x, y) for x in range(0, image.width(), 7) for y in range(0, image.height(), 7)}
+    )
+
+
+@pytest.mark.timeout(LONGEST + 10)
+@pytest.mark.parametrize(("theme", "scale"), LOOKS)
+def test_every_page_and_dialog_has_room_for_its_words(prepared, theme, scale):
+    folder = SCREENSHOTS / f"{theme}-{scale}"
+    shutil.rmtree(folder, ignore_errors=True)
+    options = ["-o", str(folder), "--theme", theme, "--scale", str(scale)]
+    done = subprocess.run(
+        [sys.executable, str(GALLERY), *options, "--prepared", str(prepared)],
+        capture_output=True,
+        text=True,
+        timeout=LONGEST,
+        env={**os.environ, "PYTHONWARNINGS": "default"},
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert sorted(path.stem for path in folder.glob("*.png")) == sorted(names())
+    for path in sorted(folder.glob("*.png")):
+        image = QImage(str(path))
+        assert colours(image) >= COLOURS, path
+        if not path.stem.startswith(PARTS):
+            width, height = SMALL if path.stem.startswith("small-") else WHOLE
+            assert (image.width(), image.height()) == (width * scale, height * scale), path
