@@ -282,3 +282,32 @@ def test_what_is_forgotten_is_not_delivered(worker, qtbot):
     with qtbot.waitSignal(worker.done):
         worker.ask(lambda: 2)
     assert done == [2]
+
+
+@pytest.mark.parametrize(
+    "name", ["~nobody-of-that-name/x.stl", "x" * 300 + ".stl", "/", "..", ".stl", "no/such/x.stl"]
+)
+def test_names_that_cannot_be_are_refused_in_words(opened, qtbot, name):
+    dialog = shown(opened, qtbot)
+    dialog.place.clear()
+    qtbot.keyClicks(dialog.place, name)
+    qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: dialog.told.text().startswith("✖"))
+    for ending in FORMATS["surface"]:
+        chosen(dialog.format, ending, qtbot)  # changes the name's ending, where there is a name
+
+
+def test_a_name_alone_is_one_beside_what_is_open(opened, qtbot, session):
+    dialog = shown(opened, qtbot)
+    dialog.place.clear()
+    qtbot.keyClicks(dialog.place, "alone.stl")
+    assert write(dialog, qtbot) == session.parent / "alone.stl"
+
+
+def test_without_a_name_another_format_proposes_one(opened, qtbot, session):
+    dialog = shown(opened, qtbot)
+    dialog.place.clear()
+    qtbot.keyClicks(dialog.place, "x")
+    qtbot.keyClick(dialog.place, Qt.Key.Key_Backspace)
+    chosen(dialog.format, ".obj", qtbot)
+    assert dialog.place.text() == str(session.with_suffix(".obj"))

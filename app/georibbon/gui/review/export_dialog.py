@@ -22,7 +22,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from georibbon.errors import ExportError
 from georibbon.gui import dialogs
 from georibbon.gui.language import N_, tr
 from georibbon.gui.length_box import LengthBox
@@ -234,8 +233,7 @@ class ExportDialog(QDialog):
             tolerance=self.tolerance.metres,
             thickness=self.thickness.metres if self.solid.isChecked() else None,
         )
-        path = Path(self.place.text().strip()).expanduser()
-        return Choice(self.kind.currentData(), path, self.unit.currentData(), surface)
+        return Choice(self.kind.currentData(), self._path(), self.unit.currentData(), surface)
 
     def _show_kind(self) -> None:
         kind = self.kind.currentData()
@@ -256,16 +254,30 @@ class ExportDialog(QDialog):
     def _propose(self) -> None:
         """A name beside what is open; of a name that a person chose, the ending alone."""
         kind, ending = self.kind.currentData(), self.format.currentData()
-        if self._named:
-            self.place.setText(str(Path(self.place.text()).with_suffix(ending)))
+        named = Path(self.place.text())
+        if self._named and named.name:
+            self.place.setText(str(named.with_suffix(ending)))
             return
         source = self._parts.document.path
         if source is None:
             return
-        folder = self._parts.settings.folder or source.parent
         stem = source.name.removesuffix(".georibbon")
         name = f"{stem}-recording" if kind == "recording" else f"{stem}{ending}"
-        self.place.setText(str(folder / name))
+        self.place.setText(str(self._folder() / name))
+
+    def _path(self) -> Path:
+        """The place that is named; a name alone is one beside what is open."""
+        path = Path(self.place.text().strip())
+        try:
+            path = path.expanduser()
+        except RuntimeError:  # a home that is nobody's
+            return path
+        return self._folder() / path
+
+    def _folder(self) -> Path:
+        """Where files are proposed to be put."""
+        source = self._parts.document.path
+        return self._parts.settings.folder or (Path.home() if source is None else source.parent)
 
     def _name(self) -> None:
         self._named = True
@@ -283,7 +295,7 @@ class ExportDialog(QDialog):
     def _look(self) -> None:
         """Tell before it is written whether something is replaced by it."""
         kind, text = self.kind.currentData(), self.place.text().strip()
-        there = kind != "recording" and bool(text) and Path(text).expanduser().is_file()
+        there = kind != "recording" and bool(text) and _is_file(self._path())
         self.write.setText(tr("&Replace") if there else tr("W&rite"))
         if not self._writer.is_busy:
             name = Path(text).name
@@ -338,7 +350,7 @@ class ExportDialog(QDialog):
             self.place.setFocus()
             return
         document, choice = self._parts.document, self.chosen
-        result, recording = document.reconstruction, self._recording()
+        result, recording = document.reconstruction, document.captured_so_far()
         source, title = str(document.path), document.title
         self._cancelled = False
 
@@ -354,20 +366,6 @@ class ExportDialog(QDialog):
         self.told.tell(tr("Writing {name}…", name=choice.path.name))
         self._show_busy(True)
         self._writer.ask(work)
-
-    def _recording(self):
-        """What gives the recording, in the worker."""
-        document = self._parts.document
-        known, session = document.recording, document.session
-        if known is None and session is not None:  # of which no surface can be made yet
-            return lambda: session.recording(complete=False)
-
-        def recording():
-            if known is None:
-                raise ExportError(tr("What is open cannot be read as a recording yet."))
-            return known
-
-        return recording
 
     def cancel(self) -> None:
         """Leave nothing of what is being written."""
@@ -404,3 +402,11 @@ class ExportDialog(QDialog):
         self._writer.end()
         self._painter.end()
         super().done(code)
+
+
+def _is_file(path: Path) -> bool:
+    """Whether a file is there; not where the name is one that cannot be."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
