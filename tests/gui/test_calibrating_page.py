@@ -14,8 +14,9 @@ from virtual_desk import Hands, virtual
 from georibbon.calibration.model import Calibration
 from georibbon.capture.plan import CapturePlan
 from georibbon.gui.calibrating import page as page_module
+from georibbon.gui.calibrating.cards import PoseGrid
 from georibbon.gui.calibrating.page import CalibrationPage
-from georibbon.gui.calibrating.state import CHECK_KEYS
+from georibbon.gui.calibrating.state import CHECK_KEYS, Card
 from georibbon.gui.theme import THEMES, apply_theme
 from georibbon.rotations import exp
 from georibbon.session.calibration_file import read_calibration
@@ -705,3 +706,21 @@ def test_every_view_can_be_painted_in_both_themes(bench, qapp, nearly, theme):
             assert not bench.page.grab().isNull()
     finally:
         qapp.setPalette(before)
+
+
+@pytest.mark.parametrize(("width", "columns"), [(430, 4), (760, 5)])
+def test_the_cards_stand_as_there_is_room(qtbot, width, columns):
+    grid = PoseGrid()
+    qtbot.addWidget(grid)
+    poses = CapturePlan(poses=20).planned_poses
+    grid.show_cards([Card(one.key, k, one, "open") for k, one in enumerate(poses, start=1)])
+    assert grid.minimumSizeHint().width() < 430
+    grid.resize(width, 560)
+    grid.show()
+    qtbot.waitUntil(
+        lambda: sum(button.y() == grid.buttons[0].y() for button in grid.buttons) == columns,
+        timeout=LONG,
+    )
+    grid.buttons[0].setFocus()
+    qtbot.keyClick(grid.buttons[0], Qt.Key.Key_Down)
+    assert grid.focusWidget() is grid.buttons[columns]

@@ -496,3 +496,32 @@ def test_words_follow_the_theme(page, bench, qapp):
             assert page.view.headline.palette().color(text) == QColor(of.words)
     finally:
         apply_theme(qapp, "light")
+
+
+def test_a_calibrations_session_is_not_offered_to_go_on_with(page, bench):
+    bench.parts.capture.begin(bench.folder / "c.georibbon", CapturePlan(poses=12, passes=0))
+    bench.do("lift", seconds=0.7)
+    bench.do("pose 1", seconds=2.5)
+    bench.parts.capture.end()
+    assert bench.parts.document.session.state.poses
+    assert page.plan.go_on.isHidden()
+    bench.begin(PLAN)
+    bench.parts.capture.end()
+    assert not page.plan.go_on.isHidden()
+
+
+@pytest.mark.parametrize("unit", ["mm", "in"])
+def test_names_and_distances_stay_in_the_plot(page, bench, unit):
+    bench.parts.units.use(unit)
+    bench.begin(PLAN)
+    bench.lay("P1", "P2")
+    bench.do("lift", seconds=0.6)
+    bench.do("lay P3", seconds=0.7)
+    plots = page.view.plots
+    seen = plots.plan.getViewBox().viewRange()[0]
+    assert plots._labels[0].isVisible()
+    assert plots._labels[0].pos().x() - seen[0] > 0.08 * (seen[1] - seen[0])
+    near, far = plots._way_labels
+    for label in (near, far):
+        right = label.pos().x() > 0.5 * (seen[0] + seen[1])
+        assert label.anchor.x() == (1.0 if right else 0.0)

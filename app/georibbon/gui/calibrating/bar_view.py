@@ -146,7 +146,7 @@ class BarView(QWidget):
         self._block = False
         self.setAccessibleName(caption)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(120, 110)
+        self.setMinimumSize(110, 84)
 
     def sizeHint(self) -> QSize:
         """Wider than high."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QSizePolicy, QWidget
 
 from georibbon.calibration.directions import attitude
@@ -18,6 +18,10 @@ KEYS = (
     Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Home,
     Qt.Key.Key_End,
 )  # fmt: skip
+SMALLEST = 0.72  # of the usual size: the words of a card that has little room
+BESIDE = 18  # px beside a card's words
+SPACING = 4  # px between cards
+FEW, NARROW, WIDE = 16, 4, 5  # up to so many poses so many cards side by side; more where there are
 
 
 class PoseCard(QAbstractButton):
@@ -31,9 +35,15 @@ class PoseCard(QAbstractButton):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         lines = card_words(card.pose).split("\n")
-        widest = max(self.fontMetrics().horizontalAdvance(line) for line in lines)
-        self.setMinimumSize(widest + 18, 5 * self.fontMetrics().height())
+        self._widest = max(self.fontMetrics().horizontalAdvance(line) for line in lines)
+        least = round(SMALLEST * self._widest)
+        self.setMinimumSize(least + BESIDE, 5 * self.fontMetrics().height())
         self.show_card(card)
+
+    @property
+    def comfortable(self) -> int:
+        """px: as wide as its words are in full size."""
+        return self._widest + BESIDE
 
     def sizeHint(self) -> QSize:
         """Wider than high."""
@@ -76,6 +86,10 @@ class PoseCard(QAbstractButton):
             self._paint_state(painter, inner, line, colours)
             words = inner.adjusted(0, inner.height() - 2 * line, 0, 0)
             painter.setPen(QColor(colours.words))
+            font = self.font()
+            share = min(1.0, inner.width() / max(self._widest, 1))
+            font.setPointSizeF(share * font.pointSizeF())
+            painter.setFont(font)
             painter.drawText(words, Qt.AlignmentFlag.AlignHCenter, card_words(self.card.pose))
             picture = inner.adjusted(0, line, 0, -2 * line)
             turned = attitude(_asked(self.card))
@@ -114,9 +128,11 @@ def _asked(card: Card) -> tuple[float, float, float, bool]:
     return pose.roll, pose.heading, pose.pitch, pose.table
 
 
-def columns_for(number: int) -> int:
-    """How many cards stand side by side."""
-    return 5 if number > 16 else min(max(number, 1), 4)
+def columns_for(number: int, room: int, width: int) -> int:
+    """How many cards of a width stand side by side in so much room."""
+    if number <= FEW:
+        return min(max(number, 1), NARROW)
+    return WIDE if room >= WIDE * width + (WIDE - 1) * SPACING else NARROW
 
 
 class PoseGrid(QWidget):
@@ -129,7 +145,7 @@ class PoseGrid(QWidget):
         self.setAccessibleName(tr("Poses"))
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(4)
+        self._grid.setSpacing(SPACING)
         self.buttons: list[PoseCard] = []
         self._columns = 1
 
@@ -141,6 +157,21 @@ class PoseGrid(QWidget):
             if button.card != card:
                 button.show_card(card)
 
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as it can be: with fewer cards side by side, and smaller words."""
+        sizes = [one.minimumSize() for one in self.buttons]
+        if not sizes:
+            return QSize(0, 0)
+        columns = min(len(sizes), NARROW)
+        rows = -(-len(sizes) // columns)
+        wide, high = max(s.width() for s in sizes), max(s.height() for s in sizes)
+        return QSize(columns * (wide + SPACING) - SPACING, rows * (high + SPACING) - SPACING)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """As many cards side by side as there is room for."""
+        super().resizeEvent(event)
+        self._arrange()
+
     def card(self, key: str) -> PoseCard:
         """The card of a pose."""
         return next(one for one in self.buttons if one.card.key == key)
@@ -151,13 +182,25 @@ class PoseGrid(QWidget):
             button.hide()
             button.deleteLater()
         self.buttons = []
-        columns = self._columns = columns_for(len(cards))
         for place, card in enumerate(cards):
             button = PoseCard(card)
             button.clicked.connect(lambda _=False, key=card.key: self.asked.emit(key))
             button.moved.connect(lambda key, at=place: self._go(at, key))
-            self._grid.addWidget(button, place // columns, place % columns)
             self.buttons.append(button)
+        self._columns = 0
+        self._arrange()
+        self.updateGeometry()
+
+    def _arrange(self) -> None:
+        widest = max((one.comfortable for one in self.buttons), default=0)
+        columns = columns_for(len(self.buttons), self.width(), widest)
+        if columns == self._columns:
+            return
+        self._columns = columns
+        for button in self.buttons:
+            self._grid.removeWidget(button)
+        for place, button in enumerate(self.buttons):
+            self._grid.addWidget(button, place // columns, place % columns)
 
     def _go(self, place: int, key: Qt.Key) -> None:
         """Give the keys to the card that an arrow leads to, where there is one."""

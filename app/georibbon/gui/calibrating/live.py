@@ -17,6 +17,7 @@ from georibbon.gui.theme import colours_of
 
 STRAIGHT = float(np.degrees(STRAIGHT_WITHIN))
 STILLNESS = {"still": N_("still"), "moving": N_("moving"), "disturbed": N_("disturbed")}
+ROOM = 0.8  # of the ring's width for the word in it
 SIGNS = {"still": "good", "moving": "poor", "disturbed": "bad"}
 
 
@@ -63,7 +64,12 @@ class StillnessRing(QWidget):
             painter.drawText(upper, Qt.AlignmentFlag.AlignCenter, words)
             painter.setPen(colour)
             lower = area.adjusted(0, area.height() / 2.0 - 2, 0, -12)
-            painter.drawText(lower, Qt.AlignmentFlag.AlignCenter, tr(STILLNESS[state]))
+            word, font = tr(STILLNESS[state]), self.font()
+            room = ROOM * area.width()
+            needed = max(self.fontMetrics().horizontalAdvance(word), 1)
+            font.setPointSizeF(min(1.0, room / needed) * font.pointSizeF())
+            painter.setFont(font)
+            painter.drawText(lower, Qt.AlignmentFlag.AlignCenter, word)
 
 
 class Sign(QWidget):
@@ -112,7 +118,7 @@ class LivePanel(QWidget):
             label.setTextFormat(Qt.TextFormat.PlainText)
         self.refusal.setAccessibleName(tr("Why it is not taken"))
         self.refusal.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.refusal.setMinimumHeight(3 * self.fontMetrics().lineSpacing())
+        self.refusal.setMinimumHeight(2 * self.fontMetrics().lineSpacing())
         self.refusal.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._lay_out()
 

@@ -85,7 +85,7 @@ class SphereView(QWidget):
         self._live = None
         self.setAccessibleName(tr("Directions covered"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(220, 130)
+        self.setMinimumSize(200, 116)
         self.setMouseTracking(True)
 
     def sizeHint(self) -> QSize:

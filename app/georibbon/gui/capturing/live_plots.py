@@ -17,6 +17,7 @@ from georibbon.gui.theme import colours_of
 
 STEP = 0.05  # m by which the plots' ranges go
 MARGIN = 0.4  # of a step
+NAMES = 0.09  # of the width before the passes' starts, for their names
 
 
 class LivePlots(QWidget):
@@ -132,6 +133,7 @@ class LivePlots(QWidget):
         step = STEP / self._parts.units.unit.metres
         low = np.floor(points.min(axis=0) / step - MARGIN) * step
         high = np.ceil(points.max(axis=0) / step + MARGIN) * step
+        low[0] -= NAMES * (high[0] - low[0])
         bounds = (*low, *high)
         if bounds != self._bounds:
             self._bounds = bounds
@@ -195,6 +197,8 @@ class LivePlots(QWidget):
                 here, there, words = ways[k]
                 middle = 0.5 * (here + there)
                 label.setText(words)
+                beyond = middle[0] > 0.5 * (self._bounds[0] + self._bounds[3])
+                label.setAnchor((1.0 if beyond else 0.0, 0.5))  # the words stay in the plot
                 label.setPos(float(middle[0]), float(middle[1]))
 
 

@@ -444,7 +444,7 @@ class PlanPage(QWidget):
         if is_calibration(capture):
             self.start.setEnabled(False)
             self._refuse(tr("A calibration goes on; finish it on its page first."))
-        open_one = document.session is not None and not going_on
+        open_one = not going_on and self._can_go_on()
         self.go_on.setVisible(open_one)
         self.go_on.setEnabled(connected)
         if open_one:
@@ -452,6 +452,15 @@ class PlanPage(QWidget):
         for widget in (self.title, self.choose_file, self.calibration, self.choose_calibration):
             widget.setEnabled(not going_on)
         self._show_file()
+
+    def _can_go_on(self) -> bool:
+        """Whether a session is open that is more than a calibration, which has its own page."""
+        session = self._parts.document.session
+        if session is None:
+            return False
+        state = session.state
+        planned = state.plan is not None and state.plan.passes + state.plan.ties > 0
+        return planned or bool(state.passes) or not state.poses
 
     def _choose_calibration(self, _index: int) -> None:
         self._chose = True

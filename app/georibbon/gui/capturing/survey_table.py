@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
+    QGridLayout,
     QHeaderView,
     QPushButton,
     QTableWidget,
@@ -88,11 +88,12 @@ class SurveyTable(QWidget):
         self._fill()
 
     def _lay_out(self) -> None:
-        buttons = QHBoxLayout()
-        for button in (self.add_mark, self.add_distance, self.add_crossing, self.propose):
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        buttons.addWidget(self.delete)
+        buttons = QGridLayout()  # in two rows: half a narrow window is theirs
+        for column, button in enumerate((self.add_mark, self.add_distance, self.add_crossing)):
+            buttons.addWidget(button, 0, column)
+        buttons.addWidget(self.propose, 1, 0, 1, 2)
+        buttons.addWidget(self.delete, 1, 2)
+        buttons.setColumnStretch(3, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 6, 4, 4)
         layout.addLayout(buttons)

@@ -8,7 +8,7 @@ from georibbon.gui.connect.words import identity_rows
 from georibbon.gui.language import tr
 from georibbon.gui.units import Units
 
-COLUMNS = 3  # pairs of a name and a value in a row
+COLUMNS = 2  # pairs of a name and a value in a row
 
 
 class IdentityCard(QWidget):
