@@ -8,6 +8,7 @@ import threading
 import pytest
 from PySide6.QtCore import QEvent, QThreadPool, QTimer
 from PySide6.QtWidgets import QApplication
+from shiboken6 import isValid
 
 from georibbon.session.file import create_session
 from georibbon.session.folder import read_recording
@@ -31,6 +32,7 @@ def qapp_cls():
 @pytest.fixture(autouse=True)
 def nothing_left(qapp):
     """No top-level widget, running timer, worker or thread outlives a test."""
+    assert qapp is not None  # it is there before everything that may be left
     threads = set(threading.enumerate())
     yield
     QThreadPool.globalInstance().waitForDone()
@@ -38,16 +40,25 @@ def nothing_left(qapp):
         widget.close()
     _settle()
     left = [widget for widget in QApplication.topLevelWidgets() if widget.parent() is None]
-    timers = [timer for timer in qapp.findChildren(QTimer) if timer.isActive()]
+    timers = [one for one in gc.get_objects() if isinstance(one, QTimer) and _runs(one)]
     for widget in left:
         widget.deleteLater()
     _settle()
     assert not timers, f"timers still run: {timers}"
-    kept = [one for one in threading.enumerate() if one not in threads and not one.daemon]
+    kept = [one for one in threading.enumerate() if one not in threads and not _of_qt(one)]
     for thread in kept:
         thread.join(LONGEST_END)
     kept = [thread for thread in kept if thread.is_alive()]
     assert not kept, f"threads still run: {kept}"
+
+
+def _runs(timer):
+    return isValid(timer) and timer.isActive()
+
+
+def _of_qt(thread):
+    """Whether it is a thread of the toolkit's pools, which Python has only met."""
+    return isinstance(thread, threading._DummyThread)
 
 
 def _settle():

@@ -240,7 +240,7 @@ class Engine:
     def replan(self, plan: CapturePlan) -> None:
         """Go on by another plan; what was taken stays."""
         check_plan(plan, self.ribbon)
-        write_plan(self.session, plan)
+        self._ledger.write(lambda: write_plan(self.session, plan))
         self.plan = plan
         self._ledger.tell("planned", None, plan_words(plan))
         item = self.current

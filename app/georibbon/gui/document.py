@@ -24,7 +24,7 @@ from PySide6.QtCore import (
     Slot,
 )
 
-from georibbon.errors import GeoribbonError, StorageError
+from georibbon.errors import GeoribbonError, RecordingError, StorageError
 from georibbon.gui.language import tr
 
 if TYPE_CHECKING:
@@ -138,6 +138,15 @@ class Document(QObject):
     def recording(self) -> Recording | None:
         """What the newest result was made from; None before there is one."""
         return self._recording
+
+    def captured_so_far(self) -> Callable[[], Recording]:
+        """What gives all that is captured, also where it makes no surface; for a worker."""
+        session = getattr(self._source, "session", None)
+        if session is not None:
+            return partial(session.recording, complete=False)
+        if self._source is None:
+            raise RecordingError(tr("nothing is open"))
+        return self._source.recording
 
     @property
     def values(self) -> Mapping[tuple[str, str], object]:

@@ -46,7 +46,7 @@ FILTERS = {
     "link": N_("News of the link"),
 }
 _WHEN, _WHAT, _WORDS = range(3)
-_SHOWN_MOST = 2000
+_SHOWN_MOST = 500
 
 
 class HistoryPanel(QWidget):
@@ -61,6 +61,7 @@ class HistoryPanel(QWidget):
         super().__init__(parent)
         self._parts = parts
         self._name: str | None = None
+        self._stale = True
         self._facts: dict[object, object] = {}  # of passes' readings, by their recording and name
         self._reader = Worker(self)
         self._make_step()
@@ -239,6 +240,12 @@ class HistoryPanel(QWidget):
         self._show_pass()
         self._show_events()
 
+    def showEvent(self, event) -> None:
+        """It is seen again: what has happened meanwhile is listed."""
+        super().showEvent(event)
+        if self._stale:
+            self._show_events()
+
     def _why_no_notes(self) -> str:
         document = self._parts.document
         if document.path is None or document.session is not None:
@@ -347,6 +354,10 @@ class HistoryPanel(QWidget):
         return words
 
     def _show_events(self) -> None:
+        """List what happened; only where it is seen: a long session has thousands."""
+        self._stale = not self.isVisible()
+        if self._stale:
+            return
         self.events.clear()
         state = self._parts.document.state
         if state is None:
