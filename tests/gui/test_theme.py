@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from georibbon.gui.review.told import ToldLine
 from georibbon.gui.style import FramedStyle
 from georibbon.gui.theme import COLOURS, THEMES, apply_theme, contrast, palette, theme_of
 from georibbon.scene.colours import DARK, WHITE
@@ -266,3 +267,21 @@ def test_there_and_back(app):
 def test_another_theme_is_refused(app):
     with pytest.raises(ValueError, match="no theme pink"):
         apply_theme(app, "pink")
+
+
+@pytest.mark.parametrize("kind", ["plain", "good", "poor"])
+def test_what_is_told_stays_readable_when_the_theme_changes(qtbot, qapp, kind):
+    before = qapp.palette()
+    window = QWidget()
+    qtbot.addWidget(window)
+    line = ToldLine(window)
+    window.show()
+    try:
+        for name in ("light", "dark", "light"):
+            apply_theme(qapp, name)
+            if not line.text():
+                line.tell("It is so.", kind)
+            words = line.palette().color(ROLES.WindowText).name()
+            assert contrast(words, COLOURS[name].window) >= WORDS
+    finally:
+        qapp.setPalette(before)

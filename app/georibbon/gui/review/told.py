@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from georibbon.gui.language import sentence as spoken
-from georibbon.gui.theme import colours_of
+from georibbon.gui.theme import colours_of, theme_of
 
 Kind = Literal["plain", "good", "poor"]
 _SIGNS = {"plain": "", "good": "✔ ", "poor": "✖ "}
@@ -23,6 +23,7 @@ class ToldLine(QLabel):
         self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._kind: Kind = "plain"
+        self._theme = theme_of(self.palette())  # that it is coloured for
 
     def tell(self, sentence: str, kind: Kind = "plain") -> None:
         """Show a sentence; none where it is empty."""
@@ -33,10 +34,11 @@ class ToldLine(QLabel):
     def changeEvent(self, event) -> None:
         """Follow the theme."""
         super().changeEvent(event)
-        if event.type() == event.Type.ApplicationPaletteChange:
+        if event.type() == event.Type.PaletteChange and theme_of(self.palette()) != self._theme:
             self._colour()
 
     def _colour(self) -> None:
+        self._theme = theme_of(self.palette())
         colours = colours_of(self.palette())
         words = {"plain": colours.words, "good": colours.good, "poor": colours.poor}[self._kind]
         palette = QPalette()
