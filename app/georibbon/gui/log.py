@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
+    QSizePolicy,
     QSplitter,
     QStyle,
     QToolButton,
@@ -222,6 +223,8 @@ class Banner(QFrame):
         self.text.setWordWrap(True)
         self.text.setTextFormat(Qt.TextFormat.PlainText)
         self.text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        # A name without end is cut off and not let widen the window.
+        self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         log = QPushButton(tr("Show in log"))
         log.clicked.connect(self.details_asked)
         close = QToolButton()
@@ -244,4 +247,5 @@ class Banner(QFrame):
         self._icon.setPixmap(self.style().standardIcon(ICONS[entry.level]).pixmap(size, size))
         self._icon.setAccessibleName(tr(WORDS[entry.level]))
         self.text.setText(entry.text[:1].upper() + entry.text[1:])
+        self.text.setToolTip(entry.text)
         self.show()

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QRadioButton,
+    QSizePolicy,
     QSplitter,
     QVBoxLayout,
     QWidget,
@@ -120,6 +121,7 @@ class CompareWindow(QMainWindow):
             font = label.font()
             font.setBold(True)
             label.setFont(font)
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.figures, self.told = ToldLine(), ToldLine()
         self.table = CompareTable(self._parts.units)
         self.progress = QProgressBar()
@@ -262,6 +264,7 @@ class CompareWindow(QMainWindow):
     def _read(self, other: object) -> None:
         self._other = other
         self.second_name.setText(other.name)
+        self.second_name.setToolTip(other.name)
         self._show_second(None)
         self.second.copy_camera(self.first)
         self._measure()

@@ -79,7 +79,7 @@ EXPLAINED = {
         "can read. Notes and settings stay in the session."
     ),
 }
-FINEST, COARSEST = 1e-6, 5e-3
+FINEST, COARSEST = 1e-5, 5e-3
 THINNEST, THICKEST = 1e-4, 0.1
 
 

@@ -14,14 +14,14 @@ _SIGNS = {"plain": "", "good": "✔ ", "poor": "✖ "}
 
 
 class ToldLine(QLabel):
-    """A sentence that can be selected and wraps."""
+    """A sentence that can be selected and wraps; a name without end does not widen the window."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWordWrap(True)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._kind: Kind = "plain"
         self._theme = theme_of(self.palette())  # that it is coloured for
 
@@ -29,6 +29,7 @@ class ToldLine(QLabel):
         """Show a sentence; none where it is empty."""
         self._kind = kind
         self.setText(f"{_SIGNS[kind]}{spoken(sentence)}" if sentence else "")
+        self.setToolTip(self.text())
         self._colour()
 
     def changeEvent(self, event) -> None:
