@@ -84,6 +84,7 @@ class FakeDesk(QObject):
         self.done: list[str] = []
 
     active = property(lambda self: self.engine is not None)
+    beginning = False
     session = property(lambda self: self.engine.session if self.engine else None)
     plan = property(lambda self: self.engine.plan if self.engine else None)
     items = property(lambda self: self.engine.items if self.engine else ())

@@ -219,7 +219,9 @@ class CalibrationPage(QWidget):
     def _may_begin(self) -> bool:
         """Whether anything can be begun now; told why where not."""
         why = ""
-        if self._desk.active or self._desk.beginning:
+        if self._desk.beginning:  # a second click on the way
+            return False
+        if self._desk.active:
             why = tr("A capture is going on already; end it first.")
         elif self._parts.station.identity is None:
             why = tr("No ribbon is connected; connect one first.")

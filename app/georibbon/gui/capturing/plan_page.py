@@ -63,6 +63,7 @@ MARKS = (
 )
 KEPT_LAYOUT = ("spacing", "mark_sigma", "distance_sigma", "crossing_sigma")
 MOST_PASSES, MOST_TIES = 200, 50
+LONGEST_TITLE = 200
 SIGMAS = (1e-5, 0.1)  # m
 
 
@@ -112,7 +113,7 @@ class PlanPage(QWidget):
     @property
     def plan(self) -> CapturePlan:
         """The plan as it is shown; SettingsError where it cannot be captured."""
-        title = self.title.text().strip()
+        title = "".join(sign for sign in self.title.text() if sign.isprintable()).strip()
         return replace(
             self._base,
             poses=self._source().poses,
@@ -164,6 +165,7 @@ class PlanPage(QWidget):
     def _make(self) -> None:
         units = self._parts.units
         self.title = QLineEdit()
+        self.title.setMaxLength(LONGEST_TITLE)
         self.title.setPlaceholderText(tr("what is captured, as “bonnet”"))
         self.file = QLabel()
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -301,6 +303,8 @@ class PlanPage(QWidget):
 
     def begin(self) -> None:
         """Begin a new capture by this plan, or take it up in the capture that goes on."""
+        if self._parts.capture.beginning:  # a second click on the way
+            return
         try:
             plan = self.plan
         except SettingsError as error:
@@ -323,10 +327,10 @@ class PlanPage(QWidget):
 
     def begin_again(self) -> None:
         """Go on with the session that is open, by what it says is planned."""
-        path = self._parts.document.path
-        if path is not None:
+        path, capture = self._parts.document.path, self._parts.capture
+        if path is not None and not capture.active and not capture.beginning:
             self._refuse("")
-            self._parts.capture.begin(path, None, None, self.auto.isChecked())
+            capture.begin(path, None, None, self.auto.isChecked())
 
     def ask_load(self) -> None:
         """Load a plan from a file."""
