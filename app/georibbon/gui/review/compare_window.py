@@ -30,6 +30,7 @@ from georibbon.gui.review.compare_table import CompareTable
 from georibbon.gui.review.told import ToldLine
 from georibbon.gui.review.worker import Worker
 from georibbon.gui.scene_view import make_view
+from georibbon.scene.labels import short_name
 
 MESHES = "*.stl *.obj *.ply"
 FINEST, COARSEST = 1e-5, 0.1
@@ -316,7 +317,7 @@ class CompareWindow(QMainWindow):
         result, self._comparison = found
         self.told.tell("")
         self._show_second(self._comparison.motion)
-        words = tr("from {name}", name=self._comparison.other.name)
+        words = tr("from {name}", name=short_name(self._comparison.other.name))
         self.first.set_deviation(self._comparison.values, words)
         self.compared.emit(self._comparison.values, words)
         self.table.show_pairs(pass_pairs(result, self._comparison.other.result))
