@@ -357,6 +357,9 @@ def test_the_palette_finds_and_does(opened, qtbot):
     second = palette.list.currentItem().text(0)
     qtbot.keyClick(palette.words, Qt.Key.Key_Up)
     assert palette.list.currentItem().text(0) == first != second
+    palette.words.clear()
+    qtbot.keyClicks(palette.words, "colour")
+    assert "colour" in palette.list.currentItem().text(0).lower()
     qtbot.keyClicks(palette.words, " nothing of the kind")
     qtbot.keyClick(palette.words, Qt.Key.Key_Return)
     palette.close()

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import Literal
 
 from PySide6.QtCore import Qt
@@ -378,14 +378,16 @@ class Palette(QDialog):
         self.list.addTopLevelItem(item)
 
     def _filter(self, text: str) -> None:
+        """Hide what has not the words; choose the first that has them in its name."""
         words = text.lower().split()
-        first = None
+        seen = []
         for item in self._items():
-            told = f"{item.text(0)} {item.toolTip(0)}".lower()
+            name = item.text(0).lower()
+            told = f"{name} {item.toolTip(0).lower()}"
             item.setHidden(not all(word in told for word in words))
-            if first is None and not item.isHidden():
-                first = item
-        self.list.setCurrentItem(first)
+            if not item.isHidden():
+                seen.append((not all(word in name for word in words), item))
+        self.list.setCurrentItem(min(seen, key=itemgetter(0))[1] if seen else None)
 
     def _items(self) -> list[QTreeWidgetItem]:
         return [self.list.topLevelItem(i) for i in range(self.list.topLevelItemCount())]
