@@ -45,21 +45,19 @@ OF_README = {
 def main() -> None:
     """Take the pictures anew."""
     with tempfile.TemporaryDirectory() as folder:
+        _take(folder)
         for theme in ("light", "dark"):
-            taken = Path(folder) / theme
-            _take(taken, theme, Path(folder) / "prepared")
             for name, of in OF_MANUAL.items():
-                _write(taken / f"{of}.png", MANUAL / f"{name}-{theme}.png")
+                _write(Path(folder) / f"{theme}-1" / f"{of}.png", MANUAL / f"{name}-{theme}.png")
         for name, of in OF_README.items():
-            _write(Path(folder) / "light" / f"{of}.png", README / f"{name}.png")
+            _write(Path(folder) / "light-1" / f"{of}.png", README / f"{name}.png")
 
 
-def _take(folder: Path, theme: str, prepared: Path) -> None:
-    options = ["-o", str(folder), "--theme", theme, "--size", SIZE, "--prepared", str(prepared)]
+def _take(folder: str) -> None:
+    options = ["-o", folder, "--theme", "light", "dark", "--size", SIZE, "--calm"]
     scenes = ["start", "connect", "calibrate", "capture", "review", "dialogs"]
     subprocess.run(  # noqa: S603 - the gallery itself
-        [sys.executable, str(Path(__file__).parent), *options, "--calm", "--scenes", *scenes],
-        check=True,
+        [sys.executable, str(Path(__file__).parent), *options, "--scenes", *scenes], check=True
     )
 
 

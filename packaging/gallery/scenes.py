@@ -72,7 +72,7 @@ def _poses(stage: Stage, page) -> None:
     posing.choose_next()
     stage.rest()
     window.hands.lay()
-    stage.rest(1500)
+    stage.rest(900)
     stage.calm_down()
     stage.take("calibrate-poses")
     posing.what.setCurrentIndex(1)
@@ -118,7 +118,7 @@ def capture(stage: Stage) -> None:
     stage.wait(lambda: window.document.reconstruction is not None, "the first surface")
     stage.hurry()
     window.hands.lay()
-    stage.rest(1500)
+    stage.rest(900)
     stage.calm_down()
     stage.wait(page.view.angle.text, "the live curve")
     stage.take("capture-live")
@@ -135,7 +135,7 @@ def review(stage: Stage) -> None:
     before = window.document.reconstruction
     window.open(stage.home / prepare.BONNET)
     stage.wait(lambda: window.document.reconstruction not in (None, before), "the surface")
-    stage.rest(1000)
+    stage.rest(300)
     stage.take("review")
     for name in ("surface", "view", "history", "log"):
         window.docks[name].raise_()
@@ -156,7 +156,6 @@ def _choose_pass(stage: Stage) -> None:
     """A pass chosen, with what is known of it."""
     window = stage.window
     window.passes_panel.table.selectRow(1)
-    stage.rest(500)
     stage.take("review-pass")
     stage.take("panel-passes", window.docks["passes"])
     window.passes_panel.table.clearSelection()
@@ -203,7 +202,7 @@ def dialogs(stage: Stage) -> None:
         window.export(kind)
         dialog = window.findChild(ExportDialog)
         stage.wait(lambda one=dialog: not one._painter.is_busy, "the preview")
-        stage.rest(400)
+        stage.rest(150)
         dialog.place.setText(f"~/captures/{Path(dialog.place.text()).name}")
         stage.take(f"export-{kind}", dialog)
         dialog.reject()
@@ -237,7 +236,7 @@ def compare(stage: Stage) -> None:
     found = window.compare()
     found.compare_with(stage.home / prepare.NEXT)
     stage.wait(lambda: found._comparison is not None, "the comparison")
-    stage.rest(600)
+    stage.rest(200)
     stage.take("compare", found)
     found.close()
     stage.rest(200)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from clipped import clipped
@@ -13,11 +14,12 @@ from georibbon.gui.notifier import Notifier
 from georibbon.gui.settings import Settings
 from georibbon.gui.window import MainWindow
 
-LONGEST = 20.0  # s that anything may take
+LONGEST = 60.0  # s that anything may take
+QUICK = 90  # of Qt's measure of compression: files a little larger, in a third of the time
 TURN = 10  # ms
 FAST, CALM = 5.0, 2.0  # times as fast
 CALMED = 2500  # ms after which rates are those of now
-SETTLED = 250  # ms after which what was asked for is drawn
+SETTLED = 120  # ms after which what was asked for is drawn
 
 
 class StageError(Exception):
@@ -40,20 +42,27 @@ class Clock:
         self._since = (times, time.monotonic(), self())
 
 
-class Stage:
-    """A window, and where its pictures go.
+@dataclass(frozen=True)
+class Wishes:
+    """What is wanted: the pictures' folder by their theme, and which; all where empty.
 
-    wanted: names of pictures; all where empty.  calm: nothing is hurried so much that
-    it shows in the figures.  lacking: what has no room, by picture.
+    calm: nothing is hurried so much that it shows in the figures.
     """
 
-    def __init__(
-        self, home: Path, folder: Path, settings: Settings, wanted: set[str], calm: bool
-    ) -> None:
-        self.home, self.folder, self.clock = home, folder, Clock()
+    folders: dict[str, Path]
+    names: frozenset[str]
+    calm: bool
+
+
+class Stage:
+    """A window whose pictures are taken.  lacking: what has no room, by picture."""
+
+    def __init__(self, home: Path, wishes: Wishes, settings: Settings) -> None:
+        self.home, self.clock = home, Clock()
         self.lacking: dict[str, list[str]] = {}
         self.taken: list[str] = []
-        self._wanted, self._calm = wanted, calm
+        self._wishes, self._calm = wishes, wishes.calm
+        self._themes = list(wishes.folders)
         self._speed_ribbons()
         self.window = MainWindow(settings, Notifier())
         self._size = (self.window.width(), self.window.height())
@@ -80,7 +89,7 @@ class Stage:
         end = time.monotonic() + LONGEST
         while not until():
             if time.monotonic() > end:
-                self.window.grab().save(str(self.folder / "failed.png"))
+                self.window.grab().save(str(self._folder / "failed.png"))
                 raise StageError(f"{what} did not come within {LONGEST:g} s; see failed.png")
             QTest.qWait(TURN)
 
@@ -93,15 +102,25 @@ class Stage:
         self._size = (width, height)
         self.window.resize(width, height)
 
+    @property
+    def _folder(self) -> Path:
+        return self._wishes.folders[self.window.settings.theme]
+
+    def _dress(self, theme: str) -> None:
+        if theme != self.window.settings.theme:
+            self.window.set_dark(theme == "dark")
+
     def take(self, name: str, widget: QWidget | None = None) -> None:
         """A picture of the window, or of a part of it."""
-        if self._wanted and name not in self._wanted:
+        if self._wishes.names and name not in self._wishes.names:
             return
         widget = widget or self.window
-        self.rest()
-        picture = widget.grab()
-        if not picture.save(str(self.folder / f"{name}.png")):
-            raise StageError(f"{name}.png cannot be written into {self.folder}")
+        for theme in tuple(self._themes):
+            self._dress(theme)
+            self.rest()
+            if not widget.grab().save(str(self._folder / f"{name}.png"), "PNG", QUICK):
+                raise StageError(f"{name}.png cannot be written into {self._folder}")
+        self._themes.reverse()  # the next one begins as this one ended
         self.taken.append(name)
         found = clipped(widget.window())
         there = (widget.width(), widget.height())
