@@ -362,3 +362,13 @@ def test_titles_stand_above_the_plots_where_no_curve_runs(panel):
         assert title.bottom() <= plot.top() + 1
         assert plot.height() > title.height()
         assert row.title.text
+
+
+def test_many_plots_stay_as_high_as_can_be_read(panel):
+    panel.resize(600, 220)
+    panel.show_quantities([one.id for one in QUANTITIES])
+    QApplication.processEvents()
+    for row in panel.rows:
+        assert row.plot.getViewBox().sceneBoundingRect().height() > 20
+    assert panel.height() == 220
+    assert panel.plots.height() > panel.height()

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
+    QScrollArea,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -41,6 +42,7 @@ KEPT = "curves/quantities"  # in the settings
 _DASHES = ((), (10, 5), (4, 4), (12, 4, 3, 4))  # in pixels; () for a whole line
 _SIGNS = ("───", "─ ─", "╌╌╌", "─ · ─")  # a line of words is never broken within
 _MOST_NAMED = 12
+_LEAST_HEIGHT = 68  # px of a plot with its title
 _STEP = 0.01  # of the length, by which a key moves the cursor
 _ID = Qt.ItemDataRole.UserRole
 
@@ -184,7 +186,12 @@ class CurvePanel(QWidget):
     def _lay_out(self) -> None:
         right = QVBoxLayout()
         right.setSpacing(4)
-        right.addWidget(self.plots, 1)
+        area = QScrollArea()  # many plots are as high as they must be to be read
+        area.setWidget(self.plots)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QScrollArea.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        right.addWidget(area, 1)
         words = QHBoxLayout()
         words.addWidget(self.legend, 1)
         words.addWidget(self.told)
@@ -215,6 +222,7 @@ class CurvePanel(QWidget):
             self.rows = [Row(one, self.plots.addPlot(row=k, col=0)) for k, one in enumerate(chosen)]
             for row in self.rows[1:]:
                 row.plot.setXLink(self.rows[0].plot)
+            self.plots.setMinimumHeight(_LEAST_HEIGHT * len(self.rows))
             self._longest = 0.0
             self._label()
         self._fill()
