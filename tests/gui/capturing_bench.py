@@ -95,8 +95,8 @@ class FakeDesk(QObject):
 
     def begin(self, path, plan=None, calibration=None, auto=True):
         """At once."""
+        session = self.document.session
         try:
-            session = self.document.session
             if session is not None and session.path == path:
                 plan = go_on(session, self.station.identity, plan)
             else:
@@ -106,6 +106,9 @@ class FakeDesk(QObject):
             if calibration is not None:
                 self.engine.use_calibration(calibration)
         except GeoribbonError as error:
+            self.engine = None
+            if session is not self.document.session:
+                session.close()
             self.failed.emit(str(error))
             return
         if session is not self.document.session:

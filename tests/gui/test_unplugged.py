@@ -77,7 +77,7 @@ def test_pulled_while_a_pass_is_taken_it_goes_on_when_it_is_plugged_in(person):
     person.wait(lambda: window.station.state is LinkState.STREAMING)
     person.wait(lambda: not view.link_banner.isVisible())
     assert "streaming" in window.health.words
-    assert "1 reconnect" in window.health.words
+    person.wait(lambda: "1 reconnect" in window.health.words)  # it is told four times a second
     person.click(hands.lay_button)
     person.wait(lambda: asked(window) == "P3")
     person.click(hands.lay_button)

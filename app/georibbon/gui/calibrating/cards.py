@@ -19,7 +19,8 @@ KEYS = (
     Qt.Key.Key_End,
 )  # fmt: skip
 SMALLEST = 0.72  # of the usual size: the words of a card that has little room
-BESIDE = 18  # px beside a card's words
+BESIDE = 20  # px beside a card's words
+SLACK = 4  # px that a smaller font's words may be wider than their share
 SPACING = 4  # px between cards
 FEW, NARROW, WIDE = 16, 4, 5  # up to so many poses so many cards side by side; more where there are
 
@@ -87,7 +88,7 @@ class PoseCard(QAbstractButton):
             words = inner.adjusted(0, inner.height() - 2 * line, 0, 0)
             painter.setPen(QColor(colours.words))
             font = self.font()
-            share = min(1.0, inner.width() / max(self._widest, 1))
+            share = min(1.0, (inner.width() - SLACK) / max(self._widest, 1))
             font.setPointSizeF(share * font.pointSizeF())
             painter.setFont(font)
             painter.drawText(words, Qt.AlignmentFlag.AlignHCenter, card_words(self.card.pose))

@@ -17,7 +17,7 @@ from georibbon.gui.theme import colours_of
 
 STRAIGHT = float(np.degrees(STRAIGHT_WITHIN))
 STILLNESS = {"still": N_("still"), "moving": N_("moving"), "disturbed": N_("disturbed")}
-ROOM = 0.8  # of the ring's width for the word in it
+ROOM = 0.88  # of the ring's width for the word in it
 SIGNS = {"still": "good", "moving": "poor", "disturbed": "bad"}
 
 
