@@ -47,7 +47,7 @@ test: $(TEST)
 	@$(BIN)/lint-imports
 	@echo "== Tests (pytest, two at a time; coverage by line in build/coverage)"
 	@mkdir -p build
-	@COVERAGE_FILE=build/.coverage $(SCREEN) $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=
+	@COVERAGE_FILE=build/.coverage $(SCREEN) $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=
 	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
 
 benchmarks: $(TEST)

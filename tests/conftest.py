@@ -14,6 +14,17 @@ settings.load_profile("house")
 # Pictures are drawn off screen; without this, VTK looks for a display and complains.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
+# They take longest in one piece: begun first, none of them is waited for at the end.
+LONGEST = (
+    "test_screenshots.py", "test_whole_job.py", "test_readme.py", "test_kill_and_go_on.py",
+    "test_unplugged.py", "test_clumsy.py", "test_cli_capture.py", "test_wheel.py",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items):
+    """The longest files first; all else in its order."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)
+
 
 @pytest.fixture(scope="session")
 def small_capture(tmp_path_factory):
