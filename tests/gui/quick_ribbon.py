@@ -38,8 +38,7 @@ class Person:
         qtbot.addWidget(self.window)
         self.window.show()
         qtbot.waitExposed(self.window)
-        self.window.activateWindow()  # without a window manager keys go nowhere else
-        qtbot.waitUntil(lambda: QApplication.activeWindow() is self.window, timeout=LONG)
+        self.come_forward()  # without a window manager nobody else gives it the keys
 
     def click(self, widget):
         """Click on a widget that can be seen and used."""
@@ -63,7 +62,19 @@ class Person:
 
     def press(self, key, modifier=Qt.KeyboardModifier.NoModifier):
         """Press a key, wherever the focus is."""
+        self.come_forward()
         self.qtbot.keyClick(QApplication.focusWidget() or self.window, key, modifier)
+
+    def come_forward(self):
+        """Have the keys: the window of another test may have taken them meanwhile."""
+        front = QApplication.activeModalWidget() or QApplication.activeWindow() or self.window
+
+        def has_the_keys():
+            if QApplication.activeWindow() is None:
+                front.activateWindow()
+            return QApplication.activeWindow() is not None
+
+        self.wait(has_the_keys)
 
     def wait(self, until, timeout=LONG):
         """Wait until something is so."""
