@@ -50,7 +50,6 @@ def nothing_left(qapp):
         thread.join(LONGEST_END)
     kept = [thread for thread in kept if thread.is_alive()]
     assert not kept, f"threads still run: {kept}"
-    gc.freeze()  # what has outlived this test is not searched again after every other
 
 
 def _runs(timer):
