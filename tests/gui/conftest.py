@@ -43,7 +43,8 @@ def nothing_left(qapp):
     timers = [one for one in gc.get_objects() if isinstance(one, QTimer) and _runs(one)]
     for widget in left:
         widget.deleteLater()
-    _settle()
+    if left:
+        _settle()
     assert not timers, f"timers still run: {timers}"
     kept = [one for one in threading.enumerate() if one not in threads and not _of_qt(one)]
     for thread in kept:
