@@ -84,11 +84,11 @@ def _stage(wanted: argparse.Namespace, home: Path, captures: Path):
     import prepare
     from stage import Stage, Wishes
 
-    from georibbon.gui.calibrating.page import usual_folder
+    from georibbon.gui.files import calibrations_folder
     from georibbon.gui.settings import Settings
 
-    usual_folder().parent.mkdir(parents=True, exist_ok=True)
-    (captures / prepare.SHELF).rename(usual_folder())
+    calibrations_folder().parent.mkdir(parents=True, exist_ok=True)
+    (captures / prepare.SHELF).rename(calibrations_folder())
     settings = Settings(home / "settings.ini")
     settings.theme, settings.language, settings.folder = wanted.theme[0], wanted.language, captures
     settings.sound = False

@@ -4,12 +4,17 @@ import gc
 import os
 import shutil
 import threading
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import QEvent, QThreadPool, QTimer
 from PySide6.QtWidgets import QApplication
 from shiboken6 import isValid
 
+from georibbon.gui.document import Document
+from georibbon.gui.notifier import Notifier
+from georibbon.gui.settings import Settings
+from georibbon.gui.units import Units
 from georibbon.session.file import create_session
 from georibbon.session.folder import read_recording
 
@@ -84,3 +89,16 @@ def session(kept, tmp_path):
     path = tmp_path / "dome.georibbon"
     shutil.copy(kept, path)
     return path
+
+
+@pytest.fixture
+def parts(qapp, tmp_path):
+    """What pages are given, without a ribbon: the document, empty, and what it needs."""
+    document = Document(qapp)
+    made = SimpleNamespace(
+        settings=Settings(tmp_path / "settings.ini"), notifier=Notifier(), document=document,
+        units=Units("mm"), station=None, capture=None,
+    )  # fmt: skip
+    yield made
+    document.end()
+    document.deleteLater()

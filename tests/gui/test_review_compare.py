@@ -8,26 +8,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel
 
 from georibbon.export.mesh import write_mesh
-from georibbon.gui.document import Document
-from georibbon.gui.notifier import Notifier
 from georibbon.gui.review import compare_window
 from georibbon.gui.review.compare_window import CompareWindow
-from georibbon.gui.settings import Settings
-from georibbon.gui.units import Units
 from georibbon.session.mesh_file import read_triangles
 from georibbon.session.session import Session
-
-
-@pytest.fixture
-def parts(qapp, tmp_path):
-    document = Document(qapp)
-    made = SimpleNamespace(
-        settings=Settings(tmp_path / "settings.ini"), notifier=Notifier(), document=document,
-        units=Units("mm"), station=None, capture=None,
-    )  # fmt: skip
-    yield made
-    document.end()
-    document.deleteLater()
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """The export dialog: what will be written is seen, and is what is written."""
 
-from types import SimpleNamespace
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox
@@ -9,26 +7,10 @@ from PySide6.QtWidgets import QDialogButtonBox
 from georibbon.errors import GeoribbonError
 from georibbon.export import choice as choices
 from georibbon.gui import dialogs
-from georibbon.gui.document import Document
-from georibbon.gui.notifier import Notifier
 from georibbon.gui.review.export_dialog import FORMATS, KINDS, ExportDialog
 from georibbon.gui.review.worker import Worker
-from georibbon.gui.settings import Settings
-from georibbon.gui.units import Units
 from georibbon.session.folder import read_recording
 from georibbon.session.session import Session
-
-
-@pytest.fixture
-def parts(qapp, tmp_path):
-    document = Document(qapp)
-    made = SimpleNamespace(
-        settings=Settings(tmp_path / "settings.ini"), notifier=Notifier(), document=document,
-        units=Units("mm"), station=None, capture=None,
-    )  # fmt: skip
-    yield made
-    document.end()
-    document.deleteLater()
 
 
 @pytest.fixture

@@ -1,20 +1,15 @@
 """Looking through a session: passes, notes, events, and the calibration that is used."""
 
 import shutil
-from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import Qt
 
 from georibbon.calibration import calibrate
-from georibbon.gui.document import Document
-from georibbon.gui.notifier import Notifier
 from georibbon.gui.review import calibration_choice
 from georibbon.gui.review.calibration_choice import CalibrationChoice
 from georibbon.gui.review.history_panel import HistoryPanel
-from georibbon.gui.settings import Settings
 from georibbon.gui.theme import palette
-from georibbon.gui.units import Units
 from georibbon.session.calibration_file import write_calibration
 from georibbon.session.calibration_shelf import Shelf
 from georibbon.session.folder import read_recording
@@ -33,18 +28,6 @@ def shelf(tmp_path, monkeypatch):
 def other(small_capture):
     recording = read_recording(small_capture)
     return calibrate(recording.ribbon, recording.poses[:1] + recording.poses[2:])
-
-
-@pytest.fixture
-def parts(qapp, tmp_path):
-    document = Document(qapp)
-    made = SimpleNamespace(
-        settings=Settings(tmp_path / "settings.ini"), notifier=Notifier(), document=document,
-        units=Units("mm"), station=None, capture=None,
-    )  # fmt: skip
-    yield made
-    document.end()
-    document.deleteLater()
 
 
 def opened(parts, path, qtbot):

@@ -105,6 +105,12 @@ class Files:
         return settings.folder or (Path.home() if path is None else path.parent)
 
 
+def calibrations_folder() -> Path:
+    """Where calibrations are kept."""
+    place = QStandardPaths.StandardLocation.AppLocalDataLocation
+    return Path(QStandardPaths.writableLocation(place)) / "calibrations"
+
+
 def _png(image: QImage) -> bytes:
     data = QByteArray()
     buffer = QBuffer(data)

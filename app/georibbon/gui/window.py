@@ -47,7 +47,7 @@ from georibbon.gui.review.history_panel import HistoryPanel
 from georibbon.gui.scene_view import make_view
 from georibbon.gui.section_file import save_section
 from georibbon.gui.settings import Settings
-from georibbon.gui.start_page import StartPage
+from georibbon.gui.start_page import StartPage, dropped
 from georibbon.gui.station.station import Station
 from georibbon.gui.surface_panel import SurfacePanel
 from georibbon.gui.theme import apply_theme
@@ -588,12 +588,12 @@ class MainWindow(QMainWindow):
 
     def dragEnterEvent(self, event) -> None:
         """One file or folder of this machine may be dropped."""
-        if _dropped(event) is not None:
+        if dropped(event) is not None:
             event.acceptProposedAction()
 
     def dropEvent(self, event) -> None:
         """Open what is dropped."""
-        path = _dropped(event)
+        path = dropped(event)
         if path is not None:
             event.acceptProposedAction()
             self.open(path)
@@ -637,10 +637,3 @@ def _make_parts(settings: Settings, notifier: Notifier, window: QMainWindow) -> 
 def _ways() -> list[str]:
     """The pages that actions lead to, in their order."""
     return [one.argument for one in ACTIONS if one.id.startswith("page-")]
-
-
-def _dropped(event) -> Path | None:
-    urls = event.mimeData().urls()
-    if len(urls) != 1 or not urls[0].isLocalFile():
-        return None
-    return Path(urls[0].toLocalFile())

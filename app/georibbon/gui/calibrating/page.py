@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QStandardPaths, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 
 from georibbon.calibration.calibrate import calibrate
@@ -25,6 +25,7 @@ from georibbon.gui.calibrating.state import CHECK_KEYS, done, with_keys
 from georibbon.gui.calibrating.words import told_words
 from georibbon.gui.calibrating.worker import Worker
 from georibbon.gui.capturing.sound import Sounds
+from georibbon.gui.files import calibrations_folder
 from georibbon.gui.language import N_, tr
 from georibbon.gui.parts import Parts
 from georibbon.session.calibration_file import write_calibration
@@ -36,12 +37,6 @@ SESSIONS, ENDING = "sessions", ".georibbon"
 PLACE = "calibration/hemisphere"
 SOUNDS = ("taken", "refused", "complete")
 COUNTED = ("taken", "skipped", "removed", "undone", "redone", "held")
-
-
-def usual_folder() -> Path:
-    """Where calibrations are kept."""
-    place = QStandardPaths.StandardLocation.AppLocalDataLocation
-    return Path(QStandardPaths.writableLocation(place)) / "calibrations"
 
 
 class CalibrationPage(QWidget):
@@ -60,7 +55,7 @@ class CalibrationPage(QWidget):
     ) -> None:
         super().__init__(parent)
         self._parts, self._desk = parts, parts.capture
-        self.shelf = Shelf(usual_folder() if folder is None else folder)
+        self.shelf = Shelf(calibrations_folder() if folder is None else folder)
         self._sounds = Sounds(parts)
         self._judge, self._reader = Worker(self), Worker(self)
         self._checked: Kept | None = None  # what a daily check is of

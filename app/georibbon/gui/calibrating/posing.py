@@ -37,13 +37,9 @@ TAKING = (Qt.Key.Key_Space, Qt.Key.Key_PageDown)
 
 
 class PosingView(QWidget):
-    """The poses while they are taken.  ending(): the person stops for now.
-
-    completed(): nothing more is asked for.
-    """
+    """The poses while they are taken.  ending(): the person stops for now."""
 
     ending = Signal()
-    completed = Signal()
 
     def __init__(self, parts: Parts, parent: QWidget | None = None) -> None:
         super().__init__(parent)

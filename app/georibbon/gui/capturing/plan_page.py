@@ -40,6 +40,7 @@ from georibbon.gui.capturing.board import Words
 from georibbon.gui.capturing.latest import Latest, Stop
 from georibbon.gui.capturing.model import is_calibration
 from georibbon.gui.capturing.plan_drawing import PlanDrawing
+from georibbon.gui.files import calibrations_folder
 from georibbon.gui.language import N_, tr, trn
 from georibbon.gui.language import sentence as spoken
 from georibbon.gui.length_box import LengthBox
@@ -91,7 +92,7 @@ class PlanPage(QWidget):
     ) -> None:
         super().__init__(parent)
         self._parts = parts
-        self._shelf = Shelf(_kept_folder() if folder is None else folder)
+        self._shelf = Shelf(calibrations_folder() if folder is None else folder)
         self._base = CapturePlan()  # what a plan file says besides: workpiece and survey
         self._chose = False  # whether a person chose a calibration
         self._path: Path | None = None  # where a person chose it to be
@@ -610,12 +611,6 @@ class PlanPage(QWidget):
         if like in LIKENESSES:
             self.like.setCurrentIndex(LIKENESSES.index(like))
         self._refuse("")
-
-
-def _kept_folder() -> Path:
-    """Where calibrations are kept."""
-    place = QStandardPaths.StandardLocation.AppLocalDataLocation
-    return Path(QStandardPaths.writableLocation(place)) / "calibrations"
 
 
 def remembered_plan(settings) -> CapturePlan:

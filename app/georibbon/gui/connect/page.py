@@ -32,7 +32,6 @@ from georibbon.gui.connect.choice import (
     KINDS,
     Choice,
     Kind,
-    VirtualChoice,
     keep_choice,
     kept_choice,
 )
@@ -142,10 +141,6 @@ class ConnectPage(QWidget):
         return Choice(
             kind, self.ports.device, self.address.text().strip(), rate, self.virtual.choice()
         )
-
-    def virtual_choice(self) -> VirtualChoice:
-        """The virtual ribbon as it is chosen."""
-        return self.virtual.choice()
 
     def connect_chosen(self) -> None:
         """Connect to what is chosen."""

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QLocale, QSignalBlocker, QStandardPaths
+from PySide6.QtCore import QLocale, QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from georibbon.gui.files import calibrations_folder
 from georibbon.gui.language import tr
 from georibbon.gui.parts import Parts
 from georibbon.gui.review.told import ToldLine
@@ -61,8 +62,7 @@ class CalibrationChoice(QWidget):
     @classmethod
     def kept_folder(cls) -> Path:
         """Where calibrations are kept."""
-        place = QStandardPaths.StandardLocation.AppLocalDataLocation
-        return Path(QStandardPaths.writableLocation(place)) / "calibrations"
+        return calibrations_folder()
 
     def ask(self) -> None:
         """Ask for a file, and use the calibration in it."""
