@@ -4,6 +4,7 @@ import gc
 import os
 import shutil
 import threading
+from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
@@ -31,7 +32,20 @@ def qapp_cls():
     from georibbon.gui.scene_view import ask_for_surfaces
 
     ask_for_surfaces()
+    _set_modules_aside()
     return QApplication
+
+
+def _set_modules_aside():
+    """What is loaded for good is not searched for leaks after every test: it is most of the heap.
+
+    Only before the first window: what of a window is set aside is never let go of in good order.
+    """
+    import_module("georibbon.gui.window")
+    import_module("georibbon.gui.curve_panel")
+    import_module("georibbon.reconstruction")
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)
