@@ -53,10 +53,20 @@ def curvatures(strip: Strip) -> tuple[FloatArray, FloatArray]:
     With w the rotation vector from one frame to the next divided by the step,
     k = -w2 and t = w1 between two points; at a point the mean of both sides.
     """
+    rates = body_rates(strip)
+    return -rates[:, 1], rates[:, 0]
+
+
+def body_rates(strip: Strip) -> FloatArray:
+    """(n, 3) 1/m: how the frames of a strip of two points or more turn about their own axes.
+
+    The rotation vector from one frame to the next divided by the step is right
+    to second order in its middle; at a point the mean of both sides stands, at
+    an end the one.
+    """
     turns = np.swapaxes(strip.frames[:-1], -1, -2) @ strip.frames[1:]
     rates = log(turns) / np.diff(strip.s)[:, None]
-    at = 0.5 * (np.vstack((rates[:1], rates)) + np.vstack((rates, rates[-1:])))
-    return -at[:, 1], at[:, 0]
+    return 0.5 * (np.vstack((rates[:1], rates)) + np.vstack((rates, rates[-1:])))
 
 
 def dot(first: FloatArray, second: FloatArray) -> FloatArray:

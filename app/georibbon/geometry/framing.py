@@ -1,0 +1,264 @@
+"""Strips from curves as they come: with or without arc length and normals, exact or noisy.
+
+Where nobody says how much to smooth, the noise of the points says it: that part
+of them which differences of high order leave.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.interpolate import BSpline
+
+from georibbon.arrays import FloatArray
+from georibbon.errors import SettingsError, SurfaceError
+from georibbon.geometry.binormals import (
+    NORMAL_RULES,
+    NormalRule,
+    bend_of,
+    normals_from_bend,
+    straight_stretches,
+)
+from georibbon.geometry.frames import Strip, cross, dot, frames_from
+from georibbon.geometry.frenet import curvature_vectors, curve_through
+from georibbon.geometry.penalised import best_cut, penalised_spline
+from georibbon.geometry.settings import require_one_of
+from georibbon.geometry.spherical import GAUSS_POINTS, GAUSS_WEIGHTS
+
+LEAST_POINTS = 4
+MOST_CUT = 10.0  # m
+LEAST_SQUARE = 0.1  # the sine of the least angle between a normal and its tangent
+LENGTH_MISFIT = 0.05  # of the length, between s and the points
+ORDERS = (4, 6, 8)  # of the differences that tell noise
+LEAST_NOISE = 1e-7  # m: points less noisy are taken as they are
+LEAST_ROLL_NOISE = 1e-4  # radians: normals less noisy likewise
+CURVATURE_NOISE = 0.08  # 1/m: what the positions' smoothing leaves of noise
+BEND_LENGTH = 0.64  # m: the normals' cut is the geometric mean of this and the positions'
+FINEST_BEND = 0.02  # m
+MEDIAN_OF_CHI_SQUARE = {1: 0.4549, 3: 2.3660}
+
+
+@dataclass(frozen=True)
+class FramingSettings:
+    """How a curve becomes a strip.
+
+    normals: by which rule they are found where there are none (see
+    `georibbon.geometry.binormals.normals_from_bend`).  normal_cut: metres, the
+    detail of the normals' roll that is smoothed away; position_cut: metres, of
+    the points.  Of both, 0 smooths nothing and None takes what the noise asks for.
+    Raises SettingsError for what means nothing.
+    """
+
+    normals: NormalRule = "doubled-angle"
+    normal_cut: float | None = None
+    position_cut: float | None = None
+
+    def __post_init__(self) -> None:
+        require_one_of("rule for normals", self.normals, NORMAL_RULES)
+        for name, cut in (("normals", self.normal_cut), ("positions", self.position_cut)):
+            if cut is not None and not 0.0 <= cut <= MOST_CUT:
+                raise SettingsError(
+                    f"the smoothing of {name} is {1e3 * cut:g} mm; it must be a length from 0 to "
+                    f"{1e3 * MOST_CUT:g} mm"
+                )
+
+
+@dataclass(frozen=True, eq=False)
+class Framed:
+    """A strip made of a curve, and how.
+
+    noise: metres, of the points, each axis.  position_cut, normal_cut: metres,
+    the smoothing done, 0 for none.  measured: whether normals were given.
+    straight: (from, to) metres of stretches that are too straight to tell
+    normals, where they were not given.
+    """
+
+    strip: Strip
+    noise: float
+    position_cut: float
+    normal_cut: float
+    measured: bool
+    straight: tuple[tuple[float, float], ...]
+
+
+USUAL = FramingSettings()
+
+
+def framed(
+    points: FloatArray,
+    s: FloatArray | None = None,
+    normals: FloatArray | None = None,
+    settings: FramingSettings = USUAL,
+) -> Strip:
+    """The strip of a curve: see `frame_curve`."""
+    return frame_curve(points, s, normals, settings).strip
+
+
+def frame_curve(
+    points: FloatArray,
+    s: FloatArray | None = None,
+    normals: FloatArray | None = None,
+    settings: FramingSettings = USUAL,
+) -> Framed:
+    """The strip of a curve, and how it was made.
+
+    points: (n, 3) metres, n >= 4, in order along the curve.  s: (n,) metres,
+    ascending, its arc length; that of a spline through the points where not
+    given.  normals: (n, 3) of any length; made square to the curve.  Without
+    them they follow from how the curve bends, up to one sign for the curve.
+    Raises SurfaceError where they do not make a strip.
+    """
+    check_curve(points, s, normals)
+    places = arc_length(points) if s is None else s - s[0]
+    noise = noise_of(places, points)
+    cut = position_cut(places, noise) if settings.position_cut is None else settings.position_cut
+    if s is None and cut > 0.0:  # noise lengthens a curve
+        places = arc_length(points, cut)
+    curve = curve_through(places, points, cut)
+    smooth = curve(places) if cut > 0.0 else points
+    return _with_normals(curve, places, smooth, normals, settings, noise, cut)
+
+
+def _with_normals(
+    curve: BSpline,
+    s: FloatArray,
+    points: FloatArray,
+    normals: FloatArray | None,
+    settings: FramingSettings,
+    noise: float,
+    cut: float,
+) -> Framed:
+    tangents, bent = curvature_vectors(curve, s)
+    bend = bend_of(s, points, tangents, bent)
+    if normals is None:
+        over = settings.normal_cut
+        over = max(np.sqrt(BEND_LENGTH * cut), FINEST_BEND) if over is None else over
+        found = normals_from_bend(bend, settings.normals, over)
+        straight = straight_stretches(bend, over)
+        return Framed(
+            Strip(s, points, frames_from(tangents, found)), noise, cut, over, False, straight
+        )
+    check_square(normals, tangents)
+    roll = bend.roll(normals)
+    over = roll_cut(s, roll) if settings.normal_cut is None else settings.normal_cut
+    if over > 0.0:
+        normals = bend.normals(penalised_spline(s, roll, over)(s))
+    return Framed(Strip(s, points, frames_from(tangents, normals)), noise, cut, over, True, ())
+
+
+def check_curve(points: FloatArray, s: FloatArray | None, normals: FloatArray | None) -> None:
+    """Raise SurfaceError unless these are enough different, finite points with what belongs."""
+    count = len(points)
+    if points.shape != (count, 3) or count < LEAST_POINTS:
+        raise SurfaceError(
+            f"it has {count} points, at least {LEAST_POINTS} are needed for a curve: give more"
+        )
+    for values, what, size in ((s, "arc lengths", 1), (normals, "normals", 3)):
+        if values is not None and values.size != size * count:
+            raise SurfaceError(
+                f"it has {count} points and {len(values)} {what}: give as many of one as of the "
+                "other, or none"
+            )
+    for values, what in ((points, "coordinates"), (s, "arc lengths"), (normals, "normals")):
+        if values is not None and not np.isfinite(values).all():
+            raise SurfaceError(f"not all of its {what} are finite numbers: leave these points out")
+    steps = np.diff(points, axis=0)
+    chords = np.sqrt(dot(steps, steps))
+    if (chords == 0.0).any():
+        k = int(np.argmin(chords))
+        raise SurfaceError(f"its points {k + 1} and {k + 2} are the same: leave one of them out")
+    if s is not None:
+        check_arc_length(s, float(chords.sum()))
+
+
+def check_arc_length(s: FloatArray, chords: float) -> None:
+    """Raise SurfaceError unless s (n,) ascends and is as long as the chords together, metres."""
+    if (np.diff(s) <= 0.0).any():
+        k = int(np.argmin(np.diff(s)))
+        raise SurfaceError(
+            f"its arc length does not ascend from point {k + 1} to {k + 2}: sort the points, or "
+            "leave s out"
+        )
+    length = float(s[-1] - s[0])
+    if abs(length - chords) > LENGTH_MISFIT * chords:
+        raise SurfaceError(
+            f"its arc length runs over {length:.4g} m while its points span {chords:.4g} m from "
+            "one to the next: both must have the same unit; correct s or leave it out"
+        )
+
+
+def check_square(normals: FloatArray, tangents: FloatArray) -> None:
+    """Raise SurfaceError where a normal (n, 3) vanishes or lies along the curve."""
+    across = cross(normals, tangents)
+    sine = np.sqrt(dot(across, across))
+    short = sine <= LEAST_SQUARE * np.sqrt(dot(normals, normals))
+    if short.any():
+        k = int(np.argmax(short))
+        raise SurfaceError(
+            f"its normal at point {k + 1} is zero or lies along the curve, it must stand across: "
+            "correct it, or give no normals"
+        )
+
+
+def arc_length(points: FloatArray, cut: float = 0.0) -> FloatArray:
+    """(n,) metres from 0: that of a spline through points (n, 3), or smoothed over `cut` metres.
+
+    The spline's parameter is the chords' length; four-point Gauss quadrature
+    of its speed from point to point.
+    """
+    steps = np.diff(points, axis=0)
+    chords = np.concatenate([[0.0], np.cumsum(np.sqrt(dot(steps, steps)))])
+    curve = curve_through(chords, points, cut)
+    half = 0.5 * np.diff(chords)[:, None]
+    velocity = curve(0.5 * (chords[:-1] + chords[1:])[:, None] + half * GAUSS_POINTS, nu=1)
+    lengths = np.sum(GAUSS_WEIGHTS * np.sqrt(dot(velocity, velocity)), axis=1) * half[:, 0]
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
+def noise_of(s: FloatArray, values: FloatArray) -> float:
+    """The standard deviation of noise in values (n, c) at s (n,), each column, in their unit.
+
+    The median of differences of the fourth, sixth and eighth order, the least
+    of the three: differences of noise stay as large as it is, those of a smooth
+    curve vanish with the order.  c is 1 or 3.  0 for fewer than 13 places.
+    """
+    if len(s) < ORDERS[-1] + 5:
+        return 0.0
+    return min(_difference(s, values, order) for order in ORDERS)
+
+
+def _difference(s: FloatArray, values: FloatArray, order: int) -> float:
+    """The usual divided difference of an order, scaled as if by coefficients of unit length."""
+    windows = sliding_window_view(s, order + 1)
+    scaled = windows * (order / (windows[:, -1:] - windows[:, :1]))
+    apart = scaled[:, :, None] - scaled[:, None, :] + np.eye(order + 1)
+    factors = 1.0 / np.prod(apart, axis=2)
+    factors /= np.sqrt(np.sum(factors**2, axis=1, keepdims=True))
+    found = np.einsum("kj,kcj->kc", factors, sliding_window_view(values, order + 1, axis=0))
+    squares = np.sum(found**2, axis=1)
+    return float(np.sqrt(np.median(squares) / MEDIAN_OF_CHI_SQUARE[values.shape[1]]))
+
+
+def position_cut(s: FloatArray, noise: float) -> float:
+    """Metres: the smoothing that leaves so little of the points' noise that curvature is told.
+
+    White noise of deviation e at spacing d leaves about e sqrt(d / cut) (2 pi / cut)²
+    of curvature; the cut that makes this 0.08 1/m is taken.  0 for noise below
+    a ten thousandth of a millimetre.
+    """
+    if noise < LEAST_NOISE:
+        return 0.0
+    length = float(s[-1] - s[0])
+    spacing = length / (len(s) - 1)
+    cut = (noise * np.sqrt(spacing) * (2.0 * np.pi) ** 2 / CURVATURE_NOISE) ** 0.4
+    return float(min(cut, 0.5 * length, MOST_CUT))
+
+
+def roll_cut(s: FloatArray, roll: FloatArray) -> float:
+    """Metres: the smoothing of roll angles (n,) at s (n,) that cross validation chooses.
+
+    0 where they are less noisy than a ten thousandth of a radian.
+    """
+    if noise_of(s, roll[:, None]) < LEAST_ROLL_NOISE:
+        return 0.0
+    return best_cut(s, roll)
