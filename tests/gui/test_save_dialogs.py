@@ -46,7 +46,9 @@ def answering(name, over=None):
         dialog = QApplication.activeModalWidget()
         assert isinstance(dialog, QFileDialog)
         dialog.findChild(QLineEdit, "fileNameEdit").setText(name)
-        QTimer.singleShot(50, answer_question)
+        soon = QTimer(dialog, singleShot=True, interval=50)  # goes with it where nothing is asked
+        soon.timeout.connect(answer_question)
+        soon.start()
         dialog.accept()
         if dialog.isVisible():
             dialog.reject()
