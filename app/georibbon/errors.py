@@ -35,6 +35,10 @@ class ExportError(GeoribbonError):
     """A result cannot be written where or as it was asked."""
 
 
+class CurvesError(GeoribbonError):
+    """A file of curves is not as its format says."""
+
+
 class SettingsError(GeoribbonError):
     """A setting has a value that means nothing."""
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SurfaceError
 
 KNOTS_A_CUT = 8  # a wave of half the cut is still told from none
@@ -55,7 +55,7 @@ class PenalisedFit:
 
     @cached_property
     def knots(self) -> FloatArray:
-        """Uniform knots over the places and 3 beyond both ends, an eighth of the cut apart or less."""
+        """Uniform knots over the places and 3 beyond both ends, at most an eighth cut apart."""
         length = float(self.s[-1] - self.s[0])
         most = KNOTS_A_POINT * len(self.s)
         intervals = int(np.ceil(min(KNOTS_A_CUT * length / self.cut, most)))
@@ -69,11 +69,12 @@ class PenalisedFit:
         return spacing if self.weights is None else spacing * self.weights
 
     @cached_property
-    def _basis(self) -> tuple[FloatArray, FloatArray]:
-        """(n,) the first of the four basis functions at each place, and (n, 4) their values."""
+    def _basis(self) -> tuple[IntArray, FloatArray]:
+        """(n, 4) twice: which basis functions are not 0 at each place, and their values."""
         inside = np.clip(self.s, self.knots[DEGREE], self.knots[-DEGREE - 1])
         rows = BSpline.design_matrix(inside, self.knots, DEGREE)
-        return rows.indices.reshape(-1, DEGREE + 1), rows.data.reshape(-1, DEGREE + 1)
+        columns = rows.indices.reshape(-1, DEGREE + 1).astype(np.int64)
+        return columns, rows.data.reshape(-1, DEGREE + 1)
 
     @cached_property
     def information(self) -> FloatArray:
