@@ -11,7 +11,6 @@ in a frame that does not turn about the curve, so that N stays square to it.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -21,10 +20,8 @@ from georibbon.errors import SurfaceError
 from georibbon.geometry.frames import cross, dot, minimising_frame, unit
 from georibbon.geometry.frenet import continued
 from georibbon.geometry.penalised import penalised_spline
+from georibbon.geometry.settings import NormalRule
 from georibbon.geometry.spherical import any_normal
-
-NormalRule = Literal["doubled-angle", "spline", "continuous", "raw"]
-NORMAL_RULES: tuple[NormalRule, ...] = get_args(NormalRule)
 
 STEPS = 3
 GREATEST_STEP = 0.5  # radians a step towards no geodesic curvature

@@ -13,8 +13,6 @@ from scipy.interpolate import BSpline
 from georibbon.arrays import FloatArray
 from georibbon.errors import SettingsError, SurfaceError
 from georibbon.geometry.binormals import (
-    NORMAL_RULES,
-    NormalRule,
     bend_of,
     normals_from_bend,
     straight_stretches,
@@ -22,7 +20,7 @@ from georibbon.geometry.binormals import (
 from georibbon.geometry.frames import Strip, cross, dot, frames_from
 from georibbon.geometry.frenet import curvature_vectors, curve_through
 from georibbon.geometry.penalised import best_cut, penalised_spline
-from georibbon.geometry.settings import require_one_of
+from georibbon.geometry.settings import NORMAL_RULES, NormalRule, require_one_of
 from georibbon.geometry.spherical import GAUSS_POINTS, GAUSS_WEIGHTS
 
 LEAST_POINTS = 4

@@ -158,9 +158,7 @@ def _groups(
                 name, rows = None, []
             continue
         if len(fields) < width:
-            source.refuse(
-                f"line {number} has {len(fields)} fields, {width} or more are expected; write it anew"
-            )
+            source.refuse(f"line {number} has {len(fields)} fields of {width}; write the file anew")
         points += 1
         if points > MAX_POINTS:
             source.refuse(f"it has more than {MAX_POINTS} points; thin it out or split it")
