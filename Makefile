@@ -6,6 +6,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUN := .venv/.ready-to-run
 TEST := .venv/.ready-to-test
+PEERS := .venv-peers/.ready
 SOURCES := packaging/prepare.sh packaging/missing_libraries.py pyproject.toml
 
 # The window's tests need a display; on Linux they get one of their own that nobody sees.
@@ -13,17 +14,18 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
-.PHONY: help demo test benchmarks pictures translations lock clean
+.PHONY: help demo test benchmarks peers pictures translations lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo, shown in the window"
 	@echo "make test        style, types, import rules and all tests with their coverage"
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
+	@echo "make peers       the same curves for Georibbon and for other programs, in .venv-peers"
 	@echo "make translations  take up the program's texts into resources/translations, and tell what lacks a translation"
 	@echo "make pictures    the manual's and the README's pictures anew, from the window itself"
 	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
-	@echo "make clean       remove build/ and caches (.venv stays)"
+	@echo "make clean       remove build/ and caches (.venv and .venv-peers stay)"
 
 $(RUN): $(SOURCES) packaging/requirements.lock packaging/requirements-build.lock
 	@PYTHON="$(PYTHON)" sh packaging/prepare.sh run
@@ -56,6 +58,13 @@ benchmarks: $(TEST)
 		echo "== $$script"; \
 		$(BIN)/python "$$script" || exit 1; \
 	done
+
+$(PEERS): $(SOURCES) packaging/requirements-peers.lock
+	@PYTHON="$(PYTHON)" sh packaging/prepare.sh peers
+	@touch $@
+
+peers: $(PEERS)
+	@.venv-peers/bin/python benchmarks/peers.py $(ARGS)
 
 translations: $(TEST)
 	@$(BIN)/python packaging/translations.py

@@ -15,3 +15,5 @@ compile() {
 compile requirements.lock pyproject.toml "$@"
 compile requirements-build.lock --group build --constraint packaging/requirements.lock "$@"
 compile requirements-dev.lock pyproject.toml --group dev --constraint packaging/requirements.lock "$@"
+compile requirements-peers.lock --group build --group peers \
+    --constraint packaging/requirements.lock --constraint packaging/requirements-build.lock "$@"

@@ -1,11 +1,12 @@
 """Prints the Debian packages that are still needed; prints nothing where none is missing.
 
-    missing_libraries.py run|test
+    missing_libraries.py run|test|peers
 
 Pictures are drawn off screen, on Linux through EGL and its software driver.  VTK
 crashes where they are missing, so it is tried in a process of its own.  The window
 needs the libraries that Qt loads: all of them where there is a display, and for the
-tests, which bring a display of their own.
+tests, which bring a display of their own.  The peers draw nothing, but some of
+them link to what would draw.
 """
 
 import ctypes
@@ -48,6 +49,16 @@ WINDOW = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxkbcommon.so.0": "libxkbcommon0",
 }
+# What Open3D and OpenCASCADE link to.
+PEERS = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libX11.so.6": "libx11-6",
+    "libexpat.so.1": "libexpat1",
+    "libidn2.so.0": "libidn2-0",
+    "libudev.so.1": "libudev1",
+    "libusb-1.0.so.0": "libusb-1.0-0",
+}
 FONTS = (Path("/usr/share/fonts"), Path("/usr/local/share/fonts"))
 
 # A display without a screen, and what the script that starts it calls.
@@ -82,7 +93,9 @@ def has_fonts() -> bool:
 
 
 def missing(purpose: str) -> list[str]:
-    """The packages that are needed to "run" or to "test", each once."""
+    """The packages that are needed to "run", to "test" or for the "peers", each once."""
+    if purpose == "peers":
+        return [package for library, package in PEERS.items() if not loads(library)]
     found = [] if drawing_works() else list(PICTURES)
     if purpose == "test" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         found += [package for library, package in WINDOW.items() if not loads(library)]

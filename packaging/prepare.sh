@@ -1,5 +1,6 @@
 #!/bin/sh
-# Prepares a machine: `prepare.sh run` for the program, `prepare.sh test` for its tests as well.
+# Prepares a machine: `prepare.sh run` for the program, `prepare.sh test` for its tests as well,
+# `prepare.sh peers` for what Georibbon is measured against, in .venv-peers.
 #
 # Makes .venv, installs the locked requirements (every file checked against its hash) and Georibbon
 # itself, and sees that the system's libraries are there: installed with apt-get where that may be
@@ -7,7 +8,9 @@
 set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
-venv=.venv/bin/python
+environment=.venv
+[ "${1:-}" = peers ] && environment=.venv-peers
+venv=$environment/bin/python
 
 say() { printf '== %s\n' "$*"; }
 stop() {
@@ -45,8 +48,8 @@ find_python() {
 make_environment() {
     if ! "$venv" -m pip --version >/dev/null 2>&1; then
         find_python
-        say "Making a virtual environment in .venv ($("$python" --version))"
-        "$python" -m venv --clear .venv
+        say "Making a virtual environment in $environment ($("$python" --version))"
+        "$python" -m venv --clear "$environment"
     fi
 }
 
@@ -81,7 +84,14 @@ test)
     requirements -r packaging/requirements-dev.lock
     libraries test
     ;;
+peers)
+    make_environment
+    say "Installing Georibbon's peers (packaging/requirements-peers.lock; 350 MB to download)"
+    requirements -r packaging/requirements-peers.lock
+    install --no-deps --no-build-isolation --editable .
+    libraries peers
+    ;;
 *)
-    stop "say what to prepare: prepare.sh run, or prepare.sh test"
+    stop "say what to prepare: prepare.sh run, prepare.sh test or prepare.sh peers"
     ;;
 esac

@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCKS = ("requirements.lock", "requirements-build.lock", "requirements-dev.lock")
+PEERS = "requirements-peers.lock"
 
 
 def loaded_by(code: str) -> set[str]:
@@ -43,7 +44,7 @@ def test_the_core_knows_no_pictures_and_no_window():
     assert not loaded & {"vtkmodules", "vtk", "matplotlib", "PySide6", "jinja2"}
 
 
-@pytest.mark.parametrize("name", LOCKS)
+@pytest.mark.parametrize("name", [*LOCKS, PEERS])
 def test_every_locked_requirement_has_a_hash_and_no_place(name):
     lines = (ROOT / "packaging" / name).read_text(encoding="utf-8").splitlines()
     requirements = [line for line in lines if not line.startswith(" ")]
@@ -64,6 +65,13 @@ def pins(name: str) -> dict[str, str]:
 def test_the_locks_agree():
     run, build, test = (pins(name) for name in LOCKS)
     assert {key: test.get(key) for key in run | build} == run | build
+
+
+def test_the_peers_are_measured_against_the_same_numpy_and_scipy():
+    run, peers = pins("requirements.lock"), pins(PEERS)
+    both = [key for key in run if key.startswith(("numpy;", "scipy;"))]
+    assert both
+    assert {key: peers.get(key) for key in both} == {key: run[key] for key in both}
 
 
 def test_the_locks_hold_what_the_project_asks_for():
