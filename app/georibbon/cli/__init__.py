@@ -35,6 +35,7 @@ COMMANDS = {
     "info": ("sessions", "tell what a recording or session holds"),
     "calibrate": ("calibration", "calibrate a ribbon from its poses into a file"),
     "reconstruct": ("reconstruction", "turn a recording or session into a surface"),
+    "surface": ("surface", "lay a surface through curves of any origin"),
     "batch": ("batch", "reconstruct many sessions, several at a time"),
     "compare": ("comparison", "tell how one surface lies from another"),
     "import": ("sessions", "put a recording folder into a session file"),

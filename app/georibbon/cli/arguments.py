@@ -48,6 +48,11 @@ def millimetres(text: str) -> float:
     return _at_least(0.0, False, "a length above 0 mm")(text) / 1000.0
 
 
+def zero_or_millimetres(text: str) -> float:
+    """A length in millimetres that may be 0; returns metres."""
+    return _at_least(0.0, True, "a length of 0 mm or more")(text) / 1000.0
+
+
 def whole(text: str) -> int:
     """A whole number."""
     try:

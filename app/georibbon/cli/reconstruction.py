@@ -117,10 +117,11 @@ def add_settings(group: argparse._ArgumentGroup) -> None:
         help="let all passes or one count so many times against neighbours and survey "
         "(default 1); may be repeated",
     )  # fmt: skip
-    _add_surface(group)
+    add_surface(group)
 
 
-def _add_surface(group: argparse._ArgumentGroup) -> None:
+def add_surface(group: argparse._ArgumentGroup) -> None:
+    """The words that say how the surface is laid through the passes."""
     group.add_argument(
         "--direction", choices=DIRECTIONS,
         help="of the surface's lines across where they meet a pass: the chord to the neighbour, "

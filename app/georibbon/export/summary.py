@@ -9,6 +9,7 @@ import numpy as np
 from georibbon import __version__
 from georibbon.calibration.model import Calibration
 from georibbon.fitting.assessment import Verdict
+from georibbon.geometry.surface import Surface
 from georibbon.notices import Notice
 from georibbon.reconstruction import FittedPass, Reconstruction, SurveyResidual
 from georibbon.ribbon import Ribbon
@@ -42,8 +43,8 @@ def report_data(
         "heading": _heading(reconstruction),
         "passes": [_pass(fitted) for fitted in reconstruction.passes],
         "survey": [_observation(seen) for seen in reconstruction.survey],
-        "surface": _surface(reconstruction),
-        "notices": [_notice(notice) for notice in all_notices(reconstruction)],
+        "surface": reconstruction.surface and surface_data(reconstruction.surface),
+        "notices": [notice_data(notice) for notice in all_notices(reconstruction)],
     }
     document: dict[str, Any] = as_json(data)
     return document
@@ -54,19 +55,27 @@ def overall(reconstruction: Reconstruction) -> tuple[Verdict, list[str]]:
 
     Passes or places with the same reason share its sentence.
     """
+    found = [(one.name, one.quality.verdict, one.quality.reason) for one in reconstruction.passes]
+    return worst(found + (of_checks(reconstruction.surface) if reconstruction.surface else []))
+
+
+def of_checks(surface: Surface) -> list[tuple[str, Verdict, str]]:
+    """Each check's place, verdict and sentence."""
+    return [(one.where, _OF_CHECK[one.verdict], one.message) for one in surface.checks]
+
+
+def worst(found: Sequence[tuple[str, Verdict, str]]) -> tuple[Verdict, list[str]]:
+    """The worst of places with verdicts and reasons, and the reasons for what is not good."""
     places: dict[tuple[Verdict, str], list[str]] = {}
-    for fitted in reconstruction.passes:
-        quality = fitted.quality
-        places.setdefault((quality.verdict, quality.reason), []).append(fitted.name)
-    for check in reconstruction.surface.checks if reconstruction.surface else ():
-        places.setdefault((_OF_CHECK[check.verdict], check.message), []).append(check.where)
-    found = sorted(places, key=lambda reason: -_RANKS.index(reason[0]))
+    for place, verdict, reason in found:
+        places.setdefault((verdict, reason), []).append(place)
+    ranked = sorted(places, key=lambda reason: -_RANKS.index(reason[0]))
     reasons = [
         f"{_joined(places[verdict, reason])}: {reason} ({verdict})"
-        for verdict, reason in found
+        for verdict, reason in ranked
         if verdict != "good"
     ]
-    return (found[0][0] if found else "good"), reasons
+    return (ranked[0][0] if ranked else "good"), reasons
 
 
 def _joined(names: list[str]) -> str:
@@ -154,10 +163,8 @@ def _observation(seen: SurveyResidual) -> dict[str, Any]:
     }
 
 
-def _surface(reconstruction: Reconstruction) -> dict[str, Any] | None:
-    surface = reconstruction.surface
-    if surface is None:
-        return None
+def surface_data(surface: Surface) -> dict[str, Any]:
+    """A surface's size and checks."""
     return {
         "area_m2": surface.area,
         "triangles": len(surface.mesh.triangles),
@@ -176,7 +183,8 @@ def _surface(reconstruction: Reconstruction) -> dict[str, Any] | None:
     }
 
 
-def _notice(notice: Notice) -> dict[str, Any]:
+def notice_data(notice: Notice) -> dict[str, Any]:
+    """A notice, with what it is about."""
     data = {"code": notice.code, "message": notice.message}
     if notice.pass_name is not None:
         data["pass"] = notice.pass_name
