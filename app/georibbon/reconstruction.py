@@ -445,7 +445,13 @@ def _surface(passes: tuple[FittedPass, ...], settings: SurfaceSettings) -> Surfa
         settings,
         [one.position_sigma for one in curves],
         [one.normal_sigma for one in curves],
+        ties_of(passes),
     )
+
+
+def ties_of(passes: tuple[FittedPass, ...]) -> list[tuple[str, Strip]]:
+    """The curves laid across the others, with their names, as `build_surface` takes them."""
+    return [(one.name, one.strip) for one in passes if one.kind == "tie"]
 
 
 def _survey_residuals(

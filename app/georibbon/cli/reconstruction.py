@@ -149,6 +149,11 @@ def add_surface(group: argparse._ArgumentGroup) -> None:
         "(c1-lines), or with equal curvature on both sides (g2)",
     )  # fmt: skip
     group.add_argument(
+        "--cells", action=argparse.BooleanOptionalAction,
+        help="let the surface run through the ties too, where they close cells with the passes "
+        "(Coons patches; for --interior g1), or not (default)",
+    )  # fmt: skip
+    group.add_argument(
         "--tolerance", metavar="MM", type=millimetres,
         help="how far the triangles may be from the surface, in mm (default 0.05)",
     )  # fmt: skip

@@ -10,7 +10,7 @@ from georibbon.geometry.frames import Strip
 from georibbon.geometry.mesh import Mesh, area, is_watertight
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.surface import Surface, build_surface
-from georibbon.reconstruction import FittedPass, Reconstruction
+from georibbon.reconstruction import FittedPass, Reconstruction, ties_of
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ def surface_with(result: Reconstruction, settings: SurfaceSettings) -> Surface:
         settings,
         [one.position_sigma for one in curves],
         [one.normal_sigma for one in curves],
+        ties_of(result.passes),
     )
 
 

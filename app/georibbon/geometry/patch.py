@@ -23,6 +23,7 @@ from georibbon.arrays import FloatArray
 from georibbon.geometry.correspondence import Arrangement, Correspondence, correspond
 from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.interior import QUINTIC
+from georibbon.geometry.lifts import Cells
 from georibbon.geometry.rails import PINCHED, Rails, interpolant, sampled
 from georibbon.geometry.scheme import DEFAULT, Scheme, control_of, scheme_for
 from georibbon.geometry.settings import SurfaceSettings
@@ -56,12 +57,15 @@ class Patches:
 
     rails: the strips at the k parameters.  control: (p-1, k, c, 3) metres,
     c = 4 or 6; slope, bend: its first and second derivatives by u.
+    u: (k,) and cells: what ties add to the patches there (see `lifted`), where they do.
     """
 
     rails: Rails
     control: FloatArray
     slope: FloatArray
     bend: FloatArray
+    u: FloatArray | None = None
+    cells: Cells | None = None
 
     @cached_property
     def mean_gaps(self) -> FloatArray:
@@ -72,12 +76,16 @@ class Patches:
 
 @dataclass(frozen=True, eq=False)
 class PatchSet:
-    """What all patches are made from: the passes in order across, matched and interpolated."""
+    """What all patches are made from: the passes in order across, matched and interpolated.
+
+    cells: what ties add to them, where they close cells.
+    """
 
     arrangement: Arrangement
     match: Correspondence
     splines: tuple[BSpline, ...]
     scheme: Scheme = DEFAULT
+    cells: Cells | None = None
 
 
 def patches_between(arrangement: Arrangement, settings: SurfaceSettings | None = None) -> PatchSet:
@@ -116,13 +124,15 @@ def patches_at(model: PatchSet, u: FloatArray) -> Patches:
     places = np.concatenate([u, centre - STEP, centre + STEP, centre[beside]])
     rails = rails_at(model, places)
     controls = control_of(rails, model.scheme, places)
+    if model.cells is not None:
+        controls = model.cells.steered(controls, rails, places)
     control, before, after, rest = np.split(controls, [count, 2 * count, 3 * count], axis=1)
     middle = control.copy()
     middle[:, beside] = rest
     bend = (before - 2.0 * middle + after) / STEP**2
     slope = (after - before) / (2.0 * STEP) + (u - centre)[:, None, None] * bend
     here = Rails(rails.points[:, :count], rails.frames[:, :count])
-    return Patches(here, control, slope, bend)
+    return Patches(here, control, slope, bend, u, model.cells)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,3 +182,17 @@ def patch_grid(
     reference = unit((1.0 - share) * ends[0][..., None, :] + share * ends[1][..., None, :])
     across = basis(v, 1, count) @ control
     return PatchGrid(functions @ control, functions @ slope, across, reference)
+
+
+def lifted(grid: PatchGrid, patches: Patches, i: int, v: FloatArray) -> PatchGrid:
+    """The i-th patch's grid at v (m,) with what ties add to it; the same where they add nothing."""
+    lift = None if patches.cells is None else patches.cells.lifts[i]
+    if lift is None or patches.u is None:
+        return grid
+    more = lift.at(patches.u, v)
+    return PatchGrid(
+        grid.points + more.points,
+        grid.along + more.along,
+        grid.across + more.across,
+        grid.reference,
+    )

@@ -60,6 +60,8 @@ class SurfaceSettings:
     angles: degrees, only for the direction "angles": from the conormal towards
     the run of the pass, where lines leave the first pass of a pair, at its
     beginning and at its end, and where they reach the second; linear between.
+    cells: Coons patches where ties close a cell: the surface runs through the ties
+    too (see `georibbon.geometry.cells`); only for the interior "g1".
 
     Raises SettingsError for what means nothing.
     """
@@ -71,6 +73,7 @@ class SurfaceSettings:
     correspondence: CorrespondenceRule = "foot-cover"
     interior: Interior = "g1"
     angles: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    cells: bool = False
 
     def __post_init__(self) -> None:
         require_length("tolerance", self.tolerance, LEAST_TOLERANCE)
@@ -78,6 +81,8 @@ class SurfaceSettings:
         require_one_of("direction", self.direction, DIRECTIONS)
         require_one_of("correspondence", self.correspondence, CORRESPONDENCES)
         require_one_of("interior", self.interior, INTERIORS)
+        if not isinstance(self.cells, bool):
+            raise SettingsError(f'the surface\'s cells is "{self.cells}"; it must be true or false')
         if isinstance(self.lengths, str):
             require_one_of("tangent length criterion", self.lengths, LENGTHS)
         else:
@@ -95,6 +100,11 @@ class SurfaceSettings:
     def uses_lengths(self) -> bool:
         """Whether `lengths` counts, or another choice takes its place."""
         return self.interior != "g2"
+
+    @property
+    def uses_cells(self) -> bool:
+        """Whether `cells` counts: lines over inner passes leave no room for the ties."""
+        return self.interior == "g1"
 
 
 def require_length(name: str, value: object, least: float) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SurfaceError
+from georibbon.geometry.cells import no_cells, with_cells
 from georibbon.geometry.checks import Check, all_checks
 from georibbon.geometry.correspondence import aligned, arrange
 from georibbon.geometry.frames import Strip, dot
@@ -16,6 +17,7 @@ from georibbon.geometry.patch import (
     PatchGrid,
     PatchSet,
     basis,
+    lifted,
     natural_parameters,
     patch_grid,
     patches_at,
@@ -82,12 +84,14 @@ def build_surface(
     settings: SurfaceSettings,
     sigmas: Sequence[FloatArray] | None = None,
     frame_sigma: Sequence[FloatArray] | None = None,
+    ties: Sequence[tuple[str, Strip]] = (),
 ) -> Surface:
     """The surface through p passes, given in any order and run in any direction.
 
     strips: at least two, of at least four points.  names: one for each strip.
     sigmas: (n,) metres for each strip, the standard deviation of its points.
     frame_sigma: (n,) radians for each strip, of its normals.
+    ties: strips across the passes, with their names, for settings that have cells.
 
     Raises SurfaceError where the passes do not span a surface, where numbers
     are not finite, where more than five million triangles would be needed, or
@@ -96,6 +100,7 @@ def build_surface(
     check_strips(strips, names)
     model = patches_between(arrange(strips), settings)
     ordered_names = tuple(names[i] for i in model.arrangement.order)
+    model, cells = taken_up(model, ordered_names, settings, ties)
     u = natural_parameters(model)
     sample = patches_at(model, u)
     check_apart(sample, ordered_names)
@@ -107,7 +112,7 @@ def build_surface(
     return Surface(
         mesh=mesh,
         area=area(mesh),
-        checks=all_checks(model, ordered_names, sample, grid, expected),
+        checks=(*all_checks(model, ordered_names, sample, grid, expected), *cells),
         solid=None if settings.thickness is None else thicken(mesh, settings.thickness),
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
@@ -116,12 +121,30 @@ def build_surface(
     )
 
 
+def taken_up(
+    model: PatchSet,
+    names: Sequence[str],
+    settings: SurfaceSettings,
+    ties: Sequence[tuple[str, Strip]],
+) -> tuple[PatchSet, tuple[Check, ...]]:
+    """The model with the ties where they close cells, and what was found; itself where not asked.
+
+    names: of the model's passes, in its order.
+    """
+    if not settings.cells:
+        return model, ()
+    if not (settings.uses_cells and ties):
+        return model, (no_cells(settings),)
+    check_strips([strip for _, strip in ties], [name for name, _ in ties], 1)
+    return with_cells(model, names, ties)
+
+
 def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
     """The same surface through passes that moved a little: same rows, columns and triangles.
 
     surface: as `build_surface` made it.  strips: the same passes in the same
     order as then, each over the same arc lengths, their points and frames new.
-    What lies across from what is kept, and what a criterion found, as are the
+    What lies across from what is kept, what a criterion found and what ties add, as are the
     checks and the mesh's sigma; there is no solid.  A preview, in a fraction of
     the time of a new surface.
     Raises SurfaceError where the passes are not those of the surface.
@@ -160,9 +183,9 @@ def moved_model(model: PatchSet, strips: Sequence[Strip]) -> PatchSet:
     )
 
 
-def check_strips(strips: Sequence[Strip], names: Sequence[str]) -> None:
+def check_strips(strips: Sequence[Strip], names: Sequence[str], least: int = 2) -> None:
     """Raise SurfaceError unless there are enough strips, of enough finite points."""
-    if len(strips) < 2:
+    if len(strips) < least:
         raise SurfaceError(
             f"{len(strips)} pass cannot span a surface, at least 2 are needed: "
             "lay another beside it"
@@ -216,7 +239,12 @@ def grid_of(sample: Patches) -> PatchGrid:
     """All patches (p-1, k, 9, 3), v from 0 to 1."""
     normals = sample.rails.frames[..., 2]
     v = np.linspace(0.0, 1.0, ANALYSIS_ROWS)
-    return patch_grid(sample.control, sample.slope, (normals[:-1], normals[1:]), v)
+    grid = patch_grid(sample.control, sample.slope, (normals[:-1], normals[1:]), v)
+    for i in range(len(normals) - 1):
+        one = PatchGrid(grid.points[i], grid.along[i], grid.across[i], grid.reference[i])
+        more = lifted(one, sample, i, v)
+        grid.points[i], grid.along[i], grid.across[i] = more.points, more.along, more.across
+    return grid
 
 
 def subdivided(
@@ -234,11 +262,17 @@ def subdivided(
     stretch = 8.0 * STRETCH_SHARE * tolerance
     speed_u = np.sqrt(dot(grid.along, grid.along))
     speed_v = np.sqrt(dot(grid.across, grid.across))
-    twist = normal_part(basis(v, 1, rows) @ sample.slope, normals)
+    bends = basis(v, 0, rows) @ sample.bend
+    twists, crossways = basis(v, 1, rows) @ sample.slope, basis(v, 2, rows) @ sample.control
+    for i, lift in enumerate(sample.cells.lifts if sample.cells is not None else ()):
+        if lift is not None:
+            for of, more in zip((bends, twists, crossways), lift.bends(u, v), strict=True):
+                of[i] += more
+    twist = normal_part(twists, normals)
     rate = np.sqrt(twist / np.maximum(speed_u * speed_v, 1e-12) / (4.0 * TWIST_SHARE * tolerance))
     rate = np.maximum(rate, 1.0 / GREATEST_EDGE)
-    along = np.sqrt(normal_part(basis(v, 0, rows) @ sample.bend, normals) / stretch)
-    across = np.sqrt(normal_part(basis(v, 2, rows) @ sample.control, normals) / stretch)
+    along = np.sqrt(normal_part(bends, normals) / stretch)
+    across = np.sqrt(normal_part(crossways, normals) / stretch)
     density = np.maximum(along, speed_u * rate).max(axis=(0, 2))
     counts = np.ceil(np.maximum(across, speed_v * rate).max(axis=(1, 2))).astype(np.int64)
     return equal_shares(u, density, int(counts.sum())), counts
@@ -290,7 +324,7 @@ def vertices_of(patches: Patches, counts: IntArray) -> tuple[FloatArray, FloatAr
     for i, count in enumerate(counts):
         v = np.arange(1, count + 1) / count
         ends = (normals[i], normals[i + 1])
-        grid = patch_grid(patches.control[i], patches.slope[i], ends, v)
+        grid = lifted(patch_grid(patches.control[i], patches.slope[i], ends, v), patches, i, v)
         points.append(grid.points)
         facing += [grid.normals[:, :-1], normals[i + 1][:, None]]
     return np.concatenate(points, axis=1), np.concatenate(facing, axis=1)

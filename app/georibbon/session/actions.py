@@ -72,6 +72,7 @@ _OF_ALL = {
     "surface.correspondence": "the surface's correspondence",
     "surface.interior": "the surface's smoothness across passes",
     "surface.angles": "the surface's angles across",
+    "surface.cells": "the surface's cells between passes and ties",
 }
 _WORDS: dict[str, str | Callable[[Detail], str]] = {
     "created": "the session was made",

@@ -19,6 +19,7 @@ from georibbon.session.words import nearest, told
 Values = Mapping[tuple[str, str], object]
 
 SURFACE = "surface."
+CELLS = "surface.cells"
 BY_PASS = ("smoothing", "sensors_off", "trim", "weight")
 OF_SURFACE = tuple(SURFACE + field.name for field in fields(SurfaceSettings))
 KEYS = (*BY_PASS, "method", "neighbours", *OF_SURFACE)
@@ -48,7 +49,7 @@ def with_setting(
     if key.startswith(SURFACE):
         surface = settings.surface or SurfaceSettings()
         name = key.removeprefix(SURFACE)
-        chosen: Any = getattr(SurfaceSettings(), name) if value is None else _listed(value)
+        chosen: Any = getattr(SurfaceSettings(), name) if value is None else _of_surface(key, value)
         return replace(settings, surface=replace(surface, **{name: chosen}))
     usual = getattr(ReconstructionSettings(), key)
     wanted: Any = usual if value is None else _READ[key](value, whose)
@@ -79,6 +80,11 @@ def sound_settings(
             except SettingsError as error:
                 wrong.append(str(error))
     return settings, tuple(wrong)
+
+
+def _of_surface(key: str, value: object) -> object:
+    """A value of the surface's: a truth where one is expected, else what is listed."""
+    return value if key == CELLS and isinstance(value, bool) else _listed(value)
 
 
 def _listed(value: object) -> object:

@@ -1,0 +1,295 @@
+"""Which cells ties close between neighbouring passes, and how the surface takes them up.
+
+A tie closes cells of a patch together with the next tie that crosses both its
+passes.  It is taken up where it passes both by a few millimetres at most, not too
+obliquely, and sees about the same normals.  Then it is brought onto the passes,
+which stay as they are:
+
+    its points by an offset that is cubic in v: the crossing's miss at either end,
+    with such a slope that the tie leaves within the pass's tangent plane;
+    its normals by a turn about its tangent, cubic in v: at either end the angle
+    to the pass's normal, with such a slope that the tie's normals and the patch's
+    cross derivative turn alike, so that the corner's twists agree even where the
+    local condition (`georibbon.geometry.meetings`) does not hold for the curves
+    as measured.
+
+The formulas of what is added to the patches are in `georibbon.geometry.lifts`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from georibbon.arrays import FloatArray
+from georibbon.geometry.checks import Check, graded, pair_name
+from georibbon.geometry.coons import AGREE_LIMITS, OBLIQUE_LIMIT, acute, corner_checks
+from georibbon.geometry.edges import Edge, edge_of
+from georibbon.geometry.frames import Strip, cross, dot, frames_from, unit
+from georibbon.geometry.lifts import Cells, PatchLift
+from georibbon.geometry.meetings import Meeting, meeting
+from georibbon.geometry.patch import PatchSet, basis, patches_at
+from georibbon.geometry.settings import SurfaceSettings
+
+MISS_LIMIT = 5e-3  # m between tie and pass
+SNAP_LIMIT = 2e-3  # m: more is told
+OUT_OF_REACH = 0.05  # m: a tie that far from a pass was not meant to cross it
+LEAST_WIDTH = 0.01  # m between ties
+NODES = 33
+SLOWEST, FASTEST = 0.2, 3.0  # of a tie's mean speed: it never turns back
+FADE = 1.0  # times the distance to the next tie
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """A tie across a pass: where they meet, and the parameter u there."""
+
+    met: Meeting
+    u: float
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """A tie between two neighbouring passes.
+
+    tie: its number.  edge: its curve.  start, end: its crossings with the two.
+    """
+
+    tie: int
+    edge: Edge
+    start: Crossing
+    end: Crossing
+
+    @property
+    def crossings(self) -> tuple[float, float]:
+        """The parameters u at both passes."""
+        return self.start.u, self.end.u
+
+
+def with_cells(
+    model: PatchSet, names: Sequence[str], ties: Sequence[tuple[str, Strip]]
+) -> tuple[PatchSet, tuple[Check, ...]]:
+    """The model with the ties taken up where they close cells, and what was found there.
+
+    names: of the model's passes, in its order.  ties: with their names, of four points or more.
+    """
+    tie_names = [name for name, _ in ties]
+    edges = [edge_of(tie) for _, tie in ties]
+    passes = [edge_of(strip) for strip in model.arrangement.strips]
+    met = [[crossing_of(model, i, one, tie) for i, one in enumerate(passes)] for tie in edges]
+    lifts: list[PatchLift | None] = []
+    found: list[Check] = []
+    for i, pair in enumerate(pairwise(names)):
+        spans, reasons = spans_between(met, edges, i, pair, tie_names)
+        lift, snap = (None, 0.0) if len(spans) < 2 else lift_of(model, i, spans)
+        lifts.append(lift)
+        found += checks_of(spans, reasons, pair, tie_names, snap)
+    return replace(model, cells=Cells(tuple(lifts))), tuple(found)
+
+
+def no_cells(settings: SurfaceSettings) -> Check:
+    """That cells were asked for and there can be none."""
+    why = "no tie was captured: lay at least two across the passes, or ask for no cells"
+    if not settings.uses_cells:
+        why = f'the interior is "{settings.interior}": choose "g1", or ask for no cells'
+    return Check("cells", "warn", 0.0, "", "surface", f"no cell is closed, as {why}")
+
+
+def crossing_of(model: PatchSet, i: int, one: Edge, tie: Edge) -> Crossing | str:
+    """Where a tie meets the i-th pass; why not where it does not, nothing where it is far off."""
+    met = meeting(tie, one)
+    if met.miss > MISS_LIMIT:
+        far = met.miss > OUT_OF_REACH
+        return "" if far else f"misses %s by {1e3 * met.miss:.1f} mm"
+    if acute(met.corner) < OBLIQUE_LIMIT:
+        return f"crosses %s at {acute(met.corner):.0f}°"
+    if np.degrees(met.corner.normals) > AGREE_LIMITS[1]:
+        return f"sees normals {np.degrees(met.corner.normals):.0f}° from those of %s"
+    u = parameter_of(model, i, met.places[1])
+    return "crosses %s where the surface is cut off" if u is None else Crossing(met, u)
+
+
+def parameter_of(model: PatchSet, i: int, s: float) -> float | None:
+    """The common parameter u at the place s (metres) of the i-th pass; None beyond its match."""
+    first, last = model.match.ends[i]
+    if not first - 1e-9 <= s <= last + 1e-9:
+        return None
+    low, high = (float(end) for end in model.match.ends[model.match.middle])
+
+    def beyond(u: float) -> float:
+        return float(model.match(np.array([u]))[i, 0]) - s
+
+    if beyond(low) >= 0.0:
+        return low
+    return high if beyond(high) <= 0.0 else float(brentq(beyond, low, high, xtol=1e-13))
+
+
+def spans_between(
+    met: Sequence[Sequence[Crossing | str]],
+    edges: Sequence[Edge],
+    i: int,
+    pair: tuple[str, str],
+    tie_names: Sequence[str],
+) -> tuple[list[Span], list[str]]:
+    """The ties that cross both passes of a pair, in the order of u, and why others do not."""
+    spans, reasons = [], []
+    for k, (edge, of) in enumerate(zip(edges, met, strict=True)):
+        start, end = of[i], of[i + 1]
+        if isinstance(start, Crossing) and isinstance(end, Crossing):
+            spans.append(Span(k, edge, start, end))
+            continue
+        near = [
+            f"{tie_names[k]} {one % name}"
+            for one, name in zip((start, end), pair, strict=True)
+            if isinstance(one, str) and one
+        ]
+        reasons += near[:1]
+    spans.sort(key=lambda span: sum(span.crossings))
+    kept: list[Span] = []
+    for span in spans:
+        gaps = np.subtract(span.crossings, kept[-1].crossings) if kept else np.ones(2)
+        if gaps.min() < LEAST_WIDTH:
+            reasons.append(f"{tie_names[span.tie]} crosses {tie_names[kept[-1].tie]} or lies on it")
+        else:
+            kept.append(span)
+    return kept, reasons
+
+
+def checks_of(
+    spans: Sequence[Span],
+    reasons: Sequence[str],
+    pair: tuple[str, str],
+    tie_names: Sequence[str],
+    snap: float,
+) -> list[Check]:
+    """What is told of the cells of one pair: how many, and the worst of their corners."""
+    where = pair_name(*pair)
+    cells = max(len(spans) - 1, 0)
+    if not cells:
+        why = "; ".join(reasons) or "two ties that cross both are needed"
+        message = f"no cell is closed between {where}: {why}; the patch between the passes stands"
+        return [Check("cells", "warn", 0.0, "", where, message)]
+    ties = ", ".join(tie_names[span.tie] for span in spans)
+    message = (
+        f"{ties} close {cells} cell{'s' if cells > 1 else ''} between {where}, brought onto the "
+        f"passes by {1e3 * snap:.2f} mm at most"
+    )
+    if snap > SNAP_LIMIT:
+        message += (
+            f", {1e3 * SNAP_LIMIT:.0f} mm at most is expected: "
+            "give the places where ties cross passes in the survey"
+        )
+    if reasons:
+        message += f"; left out: {'; '.join(reasons)}"
+    verdict = "warn" if reasons else graded(snap, SNAP_LIMIT, np.inf)
+    corners = [
+        corner_checks(at.met.corner, f"{tie_names[span.tie]}-{name}")
+        for span in spans
+        for at, name in zip((span.start, span.end), pair, strict=True)
+    ]
+    angles, normals, twists = zip(*corners, strict=True)
+    return [
+        Check("cells", verdict, float(cells), "", where, message),
+        min(angles, key=lambda one: one.value),
+        max(normals, key=lambda one: one.value),
+        max(twists, key=lambda one: one.value),
+    ]
+
+
+def lift_of(model: PatchSet, i: int, spans: Sequence[Span]) -> tuple[PatchLift, float]:
+    """What the ties add to the i-th patch, and by how much they were moved at most, metres."""
+    crossings = np.array([span.crossings for span in spans])
+    gaps = np.diff(crossings, axis=0).min(axis=1)
+    reach = FADE * float(gaps[0]), FADE * float(gaps[-1])
+    v = np.linspace(0.0, 1.0, NODES)
+    blank = CubicSpline(v, np.zeros((NODES, len(spans), 2, 3)))
+    plain = PatchLift(crossings, reach, np.zeros((len(spans), 2, 2)), blank)
+    curves = [snapped(model, i, span) for span in spans]
+    steer = np.stack([curve.steer for curve in curves])
+    steered = replace(plain, steer=steer)
+    lifts: list[PatchLift | None] = [None] * (len(model.arrangement.strips) - 1)
+    lifts[i] = steered
+    bare = replace(model, cells=Cells(tuple(lifts)))
+    parts = np.stack(
+        [parts_of(bare, i, c, v, curve) for c, curve in zip(crossings, curves, strict=True)], axis=1
+    )
+    parts[[0, -1]] = 0.0
+    moved = max(curve.moved for curve in curves)
+    return replace(steered, parts=CubicSpline(v, parts, bc_type="clamped")), moved
+
+
+@dataclass(frozen=True, eq=False)
+class Snapped:
+    """A tie between two passes as a curve of v, from 0 to 1, brought onto them.
+
+    span: the tie.  places: (4,) Hermite coefficients of its place s(v).  offsets:
+    (4, 3) those of what is added to its points.  steer: (2, 2) metres: what it
+    asks of F_v at both ends beyond the patch's own, along V and tau.
+    """
+
+    span: Span
+    places: FloatArray
+    offsets: FloatArray
+    steer: FloatArray
+
+    @property
+    def moved(self) -> float:
+        """Metres, the greater of the offsets at its ends."""
+        return float(np.linalg.norm(self.offsets[[0, 3]], axis=1).max())
+
+    def at(self, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points, derivatives by v and unit normals, measured but square to them: (m, 3) each."""
+        value, rate = basis(v), basis(v, 1)
+        here = self.span.edge.at(value @ self.places)
+        points = here.points + value @ self.offsets
+        slopes = here.slopes * (rate @ self.places)[:, None] + rate @ self.offsets
+        return points, slopes, frames_from(unit(slopes), here.normals)[:, :, 2]
+
+
+def snapped(model: PatchSet, i: int, span: Span) -> Snapped:
+    """The tie brought onto the i-th pass and the next, with what it asks of F_v there.
+
+    The line U(v) is straight; the tie's speed at its ends is that of the patch
+    along the line, so that only directions and offsets differ.
+    """
+    patches = patches_at(model, np.array(span.crossings))
+    both = np.arange(2)
+    frames = patches.rails.frames[[i, i + 1], both]
+    along = patches.slope[i, both, [0, 3]] * (span.end.u - span.start.u)
+    own = along + patches.control[i, both, [1, 2]]
+    ends = np.array([at.met.places[0] for at in (span.start, span.end)])
+    length = ends[1] - ends[0]
+    speed = np.clip(np.sqrt(dot(own, own)), SLOWEST * abs(length), FASTEST * abs(length))
+    speed *= np.sign(length)
+    here = span.edge.at(ends)
+    slopes = here.slopes * speed[:, None]
+    upright = -dot(slopes, frames[..., 2])[:, None] * frames[..., 2]
+    offsets = patches.control[i, both, [0, 3]] - here.points
+    lacking = slopes + upright - own
+    return Snapped(
+        span,
+        np.array([ends[0], *speed, ends[1]]),
+        np.stack([offsets[0], *upright, offsets[1]]),
+        np.stack([dot(lacking, frames[..., 1]), dot(lacking, frames[..., 0])], axis=1),
+    )
+
+
+def parts_of(
+    model: PatchSet, i: int, crossings: FloatArray, v: FloatArray, curve: Snapped
+) -> FloatArray:
+    """(m, 2, 3) A and B of one tie at v (m,), for a model whose i-th patch is steered into it."""
+    patches = patches_at(model, crossings[0] + (crossings[1] - crossings[0]) * v)
+    functions = basis(v)[:, :, None]
+    bare = np.sum(functions * patches.control[i], axis=1)
+    along = np.sum(functions * patches.slope[i], axis=1)
+    points, slopes, upright = curve.at(v)
+    aside = cross(unit(slopes), upright)
+    # By which turn about the tie its measured normal becomes the patch's: at the ends the pass's.
+    turn = -np.arctan(dot(along, upright) / dot(along, aside))
+    rates = CubicSpline(v, turn)(v[[0, -1]], nu=1)
+    angle = (basis(v) @ np.array([turn[0], *rates, turn[-1]]))[:, None]
+    normals = np.cos(angle) * upright + np.sin(angle) * aside
+    return np.stack([points - bare, -dot(along, normals)[:, None] * normals], axis=1)
