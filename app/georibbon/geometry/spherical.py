@@ -8,8 +8,10 @@ smooth paths to spherical data, 1987).  The curve through the origin is the
 integral of the tangents; its error falls with the fourth power of the pitch.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +33,21 @@ GREATEST_STEP = np.radians(120.0)
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
+class TangentSpline(Protocol):
+    """Unit tangents along a curve, given at s (n,); called with (k,) parameters: (k, 3)."""
+
+    @property
+    def s(self) -> FloatArray:
+        """(n,) where they are given, ascending."""
+
+    def __call__(self, s: FloatArray, /) -> FloatArray:
+        """(k, 3) unit tangents at s (k,)."""
+
+
+MakeSpline = Callable[[FloatArray, FloatArray], TangentSpline]
+"""What makes a spline of parameters (n,) and unit tangents (n, 3)."""
+
+
 @dataclass(frozen=True, eq=False)
 class SphericalSpline:
     """A twice differentiable curve on the unit sphere through given directions.
@@ -46,15 +63,7 @@ class SphericalSpline:
     tangents: FloatArray
 
     def __post_init__(self) -> None:
-        check_knots(self.s, self.tangents)
-        angles = arc_angles(self.tangents[:-1], self.tangents[1:])
-        if angles.max() > GREATEST_STEP:
-            k = int(np.argmax(angles))
-            raise FitError(
-                f"neighbouring tangents at {self.s[k]:.3f} m and {self.s[k + 1]:.3f} m point "
-                f"{np.degrees(angles[k]):.0f}° apart, at most 120° can be interpolated: "
-                "check the sensors there or lay the ribbon in a wider bend"
-            )
+        check_directions(self.s, self.tangents)
 
     def __call__(self, s: FloatArray) -> FloatArray:
         """(k, 3) unit directions at the parameters s (k,)."""
@@ -95,6 +104,19 @@ class SphericalSpline:
     @cached_property
     def _spline(self) -> CubicSpline:
         return CubicSpline(self.s, self._plane)
+
+
+def check_directions(s: FloatArray, tangents: FloatArray) -> None:
+    """Raise FitError unless unit tangents (n, 3) at s (n,) can be interpolated on the sphere."""
+    check_knots(s, tangents)
+    angles = arc_angles(tangents[:-1], tangents[1:])
+    if angles.max() > GREATEST_STEP:
+        k = int(np.argmax(angles))
+        raise FitError(
+            f"neighbouring tangents at {s[k]:.3f} m and {s[k + 1]:.3f} m point "
+            f"{np.degrees(angles[k]):.0f}° apart, at most 120° can be interpolated: "
+            "check the sensors there or lay the ribbon in a wider bend"
+        )
 
 
 def check_knots(s: FloatArray, values: FloatArray) -> None:
@@ -146,7 +168,7 @@ def held_near(knots: FloatArray, s: FloatArray) -> FloatArray:
     return np.clip(s, knots[0] - 0.5 * first, knots[-1] + 0.5 * last)
 
 
-def integrate_tangents(spline: SphericalSpline, s_out: FloatArray) -> FloatArray:
+def integrate_tangents(spline: TangentSpline, s_out: FloatArray) -> FloatArray:
     """(k, 3) points of the curve with these tangents, the first at the origin.
 
     s_out: (k,) metres, ascending.  Four-point Gauss quadrature on every
@@ -162,24 +184,34 @@ def integrate_tangents(spline: SphericalSpline, s_out: FloatArray) -> FloatArray
     return points[np.searchsorted(nodes, s_out)]
 
 
-def curve_from_tangents(s_knots: FloatArray, tangents: FloatArray, s_out: FloatArray) -> FloatArray:
+def curve_from_tangents(
+    s_knots: FloatArray,
+    tangents: FloatArray,
+    s_out: FloatArray,
+    made: MakeSpline = SphericalSpline,
+) -> FloatArray:
     """(k, 3) points, metres, of the unit speed curve with the tangents (n, 3) at s_knots (n,).
 
-    s_out: (k,) metres, ascending; the first point is the origin.  Raises
-    FitError as `SphericalSpline` does.
+    s_out: (k,) metres, ascending; the first point is the origin.  made: the
+    spline of the tangents.  Raises FitError as that does.
     """
-    return integrate_tangents(SphericalSpline(s_knots, tangents), s_out)
+    return integrate_tangents(made(s_knots, tangents), s_out)
 
 
-def interpolate_frames(s_knots: FloatArray, frames: FloatArray, s_out: FloatArray) -> Strip:
+def interpolate_frames(
+    s_knots: FloatArray,
+    frames: FloatArray,
+    s_out: FloatArray,
+    made: MakeSpline = SphericalSpline,
+) -> Strip:
     """The strip at s_out (k,), metres, ascending, from frames (n, 3, 3) at s_knots (n,).
 
-    Frames have the columns tau, V, N.  The tangent is the unrolled spherical
-    spline, the points its integral from the origin; the normal's roll angle in
-    a rotation minimising frame is a cubic spline.  Raises FitError as
-    `SphericalSpline` does.
+    Frames have the columns tau, V, N.  made: the spline of the tangents; the
+    points are its integral from the origin, and the normal's roll angle in a
+    rotation minimising frame is a cubic spline.  Raises FitError as the
+    tangents' spline does.
     """
-    spline = SphericalSpline(s_knots, frames[:, :, 0])
+    spline = made(s_knots, frames[:, :, 0])
     nodes = np.union1d(s_knots, s_out)
     points, tangents = integrate_tangents(spline, nodes), spline(nodes)
     first = minimising_frame(points, tangents, any_normal(tangents[0]))
