@@ -1,7 +1,7 @@
 """From curves of any origin to their surface: what `georibbon surface` does."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration
 from georibbon.errors import SurfaceError
 from georibbon.geometry.frames import Strip
-from georibbon.geometry.framing import Framed, FramingSettings, frame_curve
+from georibbon.geometry.framing import Framed, FramingSettings, faced, frame_curve
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.surface import Surface, build_surface
 from georibbon.notices import Notice
@@ -19,6 +19,7 @@ from georibbon.ribbon import Ribbon
 from georibbon.session.curves_file import BareCurve
 from georibbon.threads import one_thread
 
+LEAST_PASSES = 2
 FARTHEST = 100.0  # m: what is larger was given in another unit
 
 
@@ -66,7 +67,7 @@ def lay(
     """
     require_near(curves)
     with one_thread():
-        laid = tuple(_framed(one, framing, measured) for one in curves)
+        laid = _faced([_framed(one, framing, measured) for one in curves])
         passes = [one for one in laid if one.kind == "pass"]
         sigmas = [one.sigma for one in passes if one.sigma is not None]
         surface = build_surface(
@@ -75,7 +76,32 @@ def lay(
             settings,
             sigmas if len(sigmas) == len(passes) else None,
         )
-    return Laid(laid, surface, tuple(note for one in laid for note in _notices(one)))
+    unsure = [note for one in laid for note in _notices(one)]
+    return Laid(laid, surface, (*_side(passes), *unsure))
+
+
+def _faced(curves: list[LaidCurve]) -> tuple[LaidCurve, ...]:
+    """The curves, those whose normals were found faced as the others of their kind are."""
+    passes = [one for one in curves if one.kind == "pass"]
+    if len(passes) < LEAST_PASSES:
+        return tuple(curves)
+    strips = faced([one.strip for one in passes], [not one.framed.measured for one in passes])
+    side = dict(zip((one.name for one in passes), strips, strict=True))
+    return tuple(
+        replace(one, framed=replace(one.framed, strip=side.get(one.name, one.strip)))
+        for one in curves
+    )
+
+
+def _side(passes: Sequence[LaidCurve]) -> list[Notice]:
+    """That the outer side was taken, not known, where no normal was measured."""
+    if any(one.framed.measured for one in passes):
+        return []
+    message = (
+        "no curve has measured normals, so which side is the outer one cannot be told; the side "
+        "that faces up (z) was taken: it decides where --thickness goes"
+    )
+    return [Notice("side-taken", message)]
 
 
 def require_near(curves: Sequence[BareCurve]) -> None:

@@ -4,6 +4,7 @@ Where nobody says how much to smooth, the noise of the points says it: that part
 of them which differences of high order leave.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from georibbon.geometry.binormals import (
     normals_from_bend,
     straight_stretches,
 )
+from georibbon.geometry.correspondence import aligned, arrange
 from georibbon.geometry.frames import Strip, cross, dot, frames_from
 from georibbon.geometry.frenet import curvature_vectors, curve_through
 from georibbon.geometry.penalised import best_cut, penalised_spline
@@ -115,6 +117,25 @@ def frame_curve(
     curve = curve_through(places, points, cut)
     smooth = curve(places) if cut > 0.0 else points
     return _with_normals(curve, places, smooth, normals, settings, noise, cut)
+
+
+def faced(strips: Sequence[Strip], free: Sequence[bool]) -> tuple[Strip, ...]:
+    """Strips whose sides are free, such as those of normals found, faced as the others are.
+
+    strips: two or more, any order and run.  free: for each whether its normals
+    have one sign free.  Where all are free they face up (z), on the whole.
+    """
+    found = arrange(strips)
+    flipped = dict(zip(found.order, found.flipped, strict=True))
+    fixed = [flipped[i] for i, loose in enumerate(free) if not loose]
+    if fixed:
+        other = 2 * sum(fixed) > len(fixed)
+    else:
+        other = sum(float(one.normals[:, 2].mean()) for one in found.strips) < 0.0
+    return tuple(
+        aligned(strip, False, bool(loose and flipped[i] != other))
+        for i, (strip, loose) in enumerate(zip(strips, free, strict=True))
+    )
 
 
 def _with_normals(
