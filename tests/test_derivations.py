@@ -145,8 +145,11 @@ def assert_is(path, name, value):
 
 def options(script):
     """The options that a script of the benchmarks takes."""
-    calls = [n for n in ast.walk(ast.parse(script.read_text(encoding="utf-8")))
-             if isinstance(n, ast.Call) and getattr(n.func, "attr", "") == "add_argument"]  # fmt: skip
+    calls = [
+        node
+        for node in ast.walk(ast.parse(script.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "add_argument"
+    ]
     return {one.args[0].value for one in calls}
 
 
