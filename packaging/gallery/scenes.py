@@ -137,7 +137,7 @@ def review(stage: Stage) -> None:
     stage.wait(lambda: window.document.reconstruction not in (None, before), "the surface")
     stage.rest(300)
     stage.take("review")
-    for name in ("surface", "view", "history", "log"):
+    for name in ("surface", "view", "history", "log", "checks"):
         window.docks[name].raise_()
         stage.take(f"review-{name}")
     window.docks["passes"].raise_()
@@ -295,7 +295,8 @@ NAMES = (
     "start", "connect", "connected",
     "calibrate-start", "calibrate-poses", "calibrate-field", "calibrate-done", "daily-check",
     "capture-plan", "capture-live", "capture-survey",
-    "review", "review-surface", "review-view", "review-history", "review-log", "review-pass",
+    "review", "review-surface", "review-view", "review-history", "review-log", "review-checks",
+    "review-pass",
     "panel-passes", "panel-curves", "curves-torsion", "curves-residuals",
     "colours-gaussian", "colours-mean", "colours-normal", "colours-deviation", "colours-zebra",
     "colours-plain", "tool-point", "tool-distance", "tool-section",

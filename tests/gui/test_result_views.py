@@ -49,7 +49,7 @@ def views(qapp, qtbot, monkeypatch):
     qtbot.addWidget(dock)
     dock.show()
     made = ResultViews(
-        SimpleNamespace(document=document), Shown(), Passes(qapp), Shown(), dock, qapp
+        SimpleNamespace(document=document), Shown(), Passes(qapp), (Shown(), Shown()), dock, qapp
     )
     made.curves, made.clock = Shown(), [100.0]
     monkeypatch.setattr(result_views, "monotonic", lambda: made.clock[0])
@@ -71,7 +71,7 @@ def test_the_surface_follows_every_preview_and_the_curves_ten_a_second(views):
         views.clock[0] += 0.033
     assert views._view.seen == previews
     assert views.curves.seen == previews[::4]
-    assert views._notices.seen == []
+    assert [panel.seen for panel in views._words] == [[], []]
 
 
 def test_the_result_at_the_end_is_shown_by_all_at_once(views):
@@ -81,7 +81,7 @@ def test_the_result_at_the_end_is_shown_by_all_at_once(views):
     views._document.reconstructed.emit(last)
     assert views._view.seen[-1] is last
     assert views.curves.seen[-1] is last
-    assert views._notices.seen == [last]
+    assert [panel.seen for panel in views._words] == [[last], [last]]
 
 
 def test_where_the_view_is_picked_the_cursor_of_view_and_curves_goes(views):

@@ -15,10 +15,11 @@ Where to look:
     capturing/     the page Capture: the plan, pass after pass, the survey
     scene_*, view_panel, measure_*          the 3D view and what is chosen and measured in it
     passes_panel, pass_*, smoothing, surface_panel      what is chosen of passes and surface
-    curve_*, result_views, notices_panel    the curves and words of a result
+    curve_*, result_views, notices_panel, checks_panel      the curves and words of a result
     review/        history and notes, comparing, exporting
     help/          the manual's window
-    language, units, theme, style, icons, settings      how it speaks, measures, looks, remembers
+    language, units, theme, style, icons, verdict_icon, settings    how it speaks, measures,
+                   looks, remembers
     notifier, log, crash, display           what is told, and what happens when something fails
 
 Pages and panels read the document, the station and the capture, and never each other.

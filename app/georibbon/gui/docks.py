@@ -16,8 +16,11 @@ _TITLES = {
     "notices": (N_("Notices"), BESIDE),
     "history": (N_("History"), BESIDE),
     "curves": (N_("Curves"), BELOW),
+    "checks": (N_("Checks"), BELOW),
     "log": (N_("Log"), BELOW),
 }
+# Those that share a place, the one that is seen at first first.
+_TABS = (("passes", "surface", "view", "history"), ("notices",), ("curves", "checks", "log"))
 
 
 class Docks:
@@ -41,7 +44,7 @@ class Docks:
     def arrange(self) -> None:
         """Put them where they are at first."""
         window, by_name = self._window, self._by_name
-        for group in (("passes", "surface", "view", "history"), ("notices",), ("curves", "log")):
+        for group in _TABS:
             first = by_name[group[0]]
             for name in group[1:]:
                 window.tabifyDockWidget(first, by_name[name])

@@ -2,8 +2,7 @@
 
 import math
 
-from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPolygonF
+from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -20,16 +19,15 @@ from georibbon.gui.language import N_, sentence, tr
 from georibbon.gui.parts import Parts
 from georibbon.gui.pass_details import PassDetails
 from georibbon.gui.smoothing import AS_ALL, AUTOMATIC, SmoothingControl
+from georibbon.gui.verdict_icon import verdict_icon
 
 COLUMNS = (N_("Pass"), N_("Verdict"), N_("σ ({unit})"), N_("Smoothing"))
 NAME, VERDICT, SIGMA, SMOOTHING = range(len(COLUMNS))
 MOST_REASONS = 6
+ROWS = QItemSelectionModel.SelectionFlag.Select | QItemSelectionModel.SelectionFlag.Rows
 ROOM = 64  # pixels: a verdict's sign, margins and a scroll bar
 KINDS = {"pass": N_("pass"), "tie": N_("tie")}
 VERDICTS = {"good": N_("good"), "acceptable": N_("acceptable"), "redo": N_("redo")}
-# Three to one and more against both palettes; the shape and the word say the same.
-COLOURS = {"good": "#2f9e5b", "acceptable": "#c27c0e", "redo": "#d9434e"}
-CORNERS = {"good": 24, "acceptable": 3, "redo": 4}
 
 
 class PassesPanel(QWidget):
@@ -112,6 +110,16 @@ class PassesPanel(QWidget):
         """The names of the passes in the selected lines, in their order."""
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
         return [name for row, name in enumerate(self._names, start=1) if row in rows]
+
+    def select(self, names: list[str]) -> None:
+        """Select the lines of these passes, and no others."""
+        model = self.table.selectionModel()
+        with QSignalBlocker(self.table):
+            model.clearSelection()
+            for name in names:
+                index = self.table.model().index(self._row(name), 0)
+                model.select(index, ROWS)
+        self._select()
 
     def text(self, name: str, column: int) -> str:
         """What stands in a pass's line."""
@@ -231,7 +239,7 @@ class PassesPanel(QWidget):
         rms = math.hypot(*sigma) / math.sqrt(len(sigma))
         quality = fitted.quality
         self.table.item(row, VERDICT).setText(tr(VERDICTS[quality.verdict]))
-        self.table.item(row, VERDICT).setIcon(_icon(quality.verdict))
+        self.table.item(row, VERDICT).setIcon(verdict_icon(quality.verdict))
         self.table.item(row, SIGMA).setText(self._units.number(rms, 1))
         for column in (NAME, VERDICT, SIGMA):
             self.table.item(row, column).setToolTip(sentence(quality.reason))
@@ -239,25 +247,3 @@ class PassesPanel(QWidget):
 
 def _mean(values: list[float]) -> float:
     return sum(values) / len(values) if values else 0.0
-
-
-def _icon(verdict: str) -> QIcon:
-    """A disc for good, a triangle for acceptable, a square for redo."""
-    size = 32
-    picture = QPixmap(size, size)
-    picture.fill(Qt.GlobalColor.transparent)
-    corners = CORNERS[verdict]
-    turn = math.pi / 4 if corners == 4 else math.pi / 2
-    outline = [
-        QPointF(
-            size / 2 + 0.42 * size * math.cos(turn + 2 * math.pi * k / corners),
-            size / 2 - 0.42 * size * math.sin(turn + 2 * math.pi * k / corners),
-        )
-        for k in range(corners)
-    ]
-    with QPainter(picture) as painter:
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(COLOURS[verdict]))
-        painter.drawPolygon(QPolygonF(outline))
-    return QIcon(picture)

@@ -1,4 +1,4 @@
-"""What shows a result: the 3D view, the curves, the notices, and the summary in words."""
+"""What shows a result: the 3D view, the curves, notices and checks, and the summary in words."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 from georibbon.gui.language import tr, trn
 
 if TYPE_CHECKING:
+    from georibbon.gui.checks_panel import ChecksPanel
     from georibbon.gui.notices_panel import NoticesPanel
     from georibbon.gui.parts import Parts
     from georibbon.gui.passes_panel import PassesPanel
@@ -25,7 +26,8 @@ CURVES_REST = 0.1  # s between the curves of previews: the surface needs the tim
 class ResultViews(QObject):
     """Shows every result of the document, and what a moving slider makes of it.
 
-    curves_place: where the curves are put with the first result.
+    words: the panels that tell of a result in words.  curves_dock: where the curves are put
+    with the first result.
     summarised(words): what came out, in a line.
     """
 
@@ -36,13 +38,13 @@ class ResultViews(QObject):
         parts: Parts,
         view: SceneView | ImageView,
         passes: PassesPanel,
-        notices: NoticesPanel,
+        words: tuple[NoticesPanel, ChecksPanel],
         curves_dock: QDockWidget,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._parts, self._document, self._view = parts, parts.document, view
-        self._passes, self._notices, self._curves_dock = passes, notices, curves_dock
+        self._passes, self._words, self._curves_dock = passes, words, curves_dock
         self.curves = None
         self._shown: Reconstruction | None = None  # the newest result, or a preview
         self._curves_at = 0.0  # when the curves followed a preview last
@@ -59,7 +61,8 @@ class ResultViews(QObject):
         """Show a result in all views."""
         self._shown = result
         self._view.show_scene(result)
-        self._notices.show_result(result)
+        for panel in self._words:
+            panel.show_result(result)
         self.summarised.emit(summary(result))
         self.show_curves()
 
@@ -77,7 +80,8 @@ class ResultViews(QObject):
         """Nothing is open, or nothing came of it yet."""
         self._shown = None
         self._view.show_scene(None)
-        self._notices.show_result(None)
+        for panel in self._words:
+            panel.show_result(None)
         if self.curves is not None:
             self.curves.show_passes(None, ())
         self.summarised.emit("")

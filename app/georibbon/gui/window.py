@@ -27,6 +27,7 @@ from georibbon.gui.actions import (
     make_actions,
 )
 from georibbon.gui.capture_desk import CaptureDesk
+from georibbon.gui.checks_panel import ChecksPanel
 from georibbon.gui.connect.health_strip import HealthStrip
 from georibbon.gui.connect.virtual_hands import VirtualHands
 from georibbon.gui.crash import CrashReporter
@@ -148,7 +149,8 @@ class MainWindow(QMainWindow):
         self.passes_panel = PassesPanel(self.parts)
         self.surface_panel = SurfacePanel(self.parts)
         self.view_panel = ViewPanel(self.parts, self.view)
-        self.notices_panel = NoticesPanel()
+        self.notices_panel, self.checks_panel = NoticesPanel(), ChecksPanel()
+        self.checks_panel.chosen.connect(self.passes_panel.select)
         self.history_panel = HistoryPanel(self.parts)
         self.log_panel = LogPanel()
         self.curves_place = place_for_late()  # the plots are loaded with the first result
@@ -161,6 +163,7 @@ class MainWindow(QMainWindow):
                 "notices": self.notices_panel,
                 "history": self.history_panel,
                 "curves": self.curves_place,
+                "checks": self.checks_panel,
                 "log": self.log_panel,
             },
         )
@@ -168,7 +171,7 @@ class MainWindow(QMainWindow):
             self.parts,
             self.view,
             self.passes_panel,
-            self.notices_panel,
+            (self.notices_panel, self.checks_panel),
             self.docks["curves"],
             self,
         )
