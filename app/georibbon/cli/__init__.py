@@ -38,6 +38,7 @@ COMMANDS = {
     "surface": ("surface", "lay a surface through curves of any origin"),
     "batch": ("batch", "reconstruct many sessions, several at a time"),
     "compare": ("comparison", "tell how one surface lies from another"),
+    "figures": ("figures", "do the source paper's figures again, with numbers"),
     "import": ("sessions", "put a recording folder into a session file"),
     "export": ("sessions", "write a session's raw data as a recording folder"),
     "check": ("check", "verify a session; save what can be read of a damaged one"),

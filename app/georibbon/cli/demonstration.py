@@ -4,16 +4,14 @@ import argparse
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli import reconstruction
 from georibbon.cli.arguments import Parser
-from georibbon.cli.outputs import Outputs
+from georibbon.cli.outputs import Outputs, folder_made
 from georibbon.cli.printing import print_reconstruction
-from georibbon.errors import ExportError
 
 if TYPE_CHECKING:
     from georibbon.simulation import Score
@@ -126,7 +124,7 @@ def write_files(folder: Path) -> None:
 
     wanted = _wanted(folder)
     targets = [folder / SESSION, *reconstruction.targets(wanted)]
-    with _made(folder), Outputs(targets) as outputs:
+    with folder_made(folder), Outputs(targets) as outputs:
         simulation = simulate(demonstration_settings())
         session = outputs.place(folder / SESSION)
         create_session(session, simulation.recording)
@@ -151,25 +149,6 @@ def _wanted(folder: Path) -> argparse.Namespace:
     for flag, names in files.items():
         words += [f"{flag}={folder / name}" for name in names]
     return parser.parse_args(words)
-
-
-@contextmanager
-def _made(folder: Path) -> Iterator[None]:
-    """Makes the folder, and takes it away again where nothing comes to lie in it."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(
-            f"{folder}: the folder cannot be made ({error.strerror}); choose another place"
-        ) from error
-    try:
-        yield
-    except BaseException:
-        with suppress(OSError):
-            for path in missing:
-                path.rmdir()
-        raise
 
 
 def _print_score(found: "Score") -> None:

@@ -45,6 +45,7 @@ def figure_17() -> Figure:
             _choice("from tangents, along the chord", "paper", simulation, "paper", plain),
             _choice("Georibbon's default", "georibbon", simulation, "ribbon", SurfaceSettings()),
         ),
+        main=("curves_rms_mm", "normal_rms_deg", "rms_mm", "max_mm"),
         colours=COLOURS,
     )
 

@@ -1,7 +1,7 @@
 """What a figure of the source paper is made of: numbers with words, and what is to be drawn."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from georibbon.arrays import FloatArray
@@ -74,8 +74,9 @@ class Figure:
     """A figure of the source paper, done again.
 
     situation: what is given here.  shows: what the paper shows there, in other
-    words than its own.  found: what came out here.  towards: (3,) unit, from
-    the object to the camera, the same for all choices.  unit: of the colours.
+    words than its own.  found: what came out here.  main: the numbers that tell
+    it, of those that the choices have.  towards: from the object to the camera,
+    the same for all choices.  colours: what they stand for, with its unit.
     """
 
     number: int
@@ -84,9 +85,9 @@ class Figure:
     shows: str
     found: str
     choices: tuple[Choice, ...]
+    main: tuple[str, ...]
     towards: tuple[float, float, float] = (-0.7, -1.0, 0.95)
     colours: str = ""
-    given: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, whose: Whose) -> Choice:
         """The first of the choices that is the paper's, Georibbon's or another's."""

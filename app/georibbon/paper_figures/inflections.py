@@ -58,6 +58,7 @@ def figure_4() -> Figure:
             ),
             _by_default(raw),
         ),
+        main=("tear_ratio", "self_crossing_pairs", "fold_least", "normal_jump_deg"),
     )
 
 
@@ -83,6 +84,7 @@ def figure_5() -> Figure:
             ),
             _by_default(kept),
         ),
+        main=("tear_ratio", "self_crossing_pairs", "fold_least", "normal_jump_deg"),
     )
 
 
@@ -140,6 +142,7 @@ def figure_6() -> Figure:
             ),
             _by_default(kept),
         ),
+        main=("tear_ratio", "self_crossing_pairs", "fold_least", "normal_jump_deg"),
     )
 
 

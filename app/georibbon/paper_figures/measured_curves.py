@@ -11,6 +11,7 @@ from georibbon.geometry.frames import Strip, arc_angles, dot
 from georibbon.geometry.framing import FramingSettings, framed
 from georibbon.paper_figures.building import (
     DEFAULT,
+    TEAR_LIMIT,
     Numbers,
     distances,
     error_numbers,
@@ -50,6 +51,7 @@ def figure_12() -> Figure:
             _choice("binormals kept from turning over", "paper", FramingSettings("continuous")),
             _choice("Georibbon's default", "georibbon", None),
         ),
+        main=("normal_rms_deg", "normal_max_deg", "rms_mm", "max_mm"),
         towards=(-0.55, -0.75, 1.0),
         colours=COLOURS,
     )
@@ -73,6 +75,7 @@ def figure_13() -> Figure:
             _choice("doubled angle, 100 mm", "other", wide),
             _choice("Georibbon's default", "georibbon", None),
         ),
+        main=("normal_rms_deg", "normal_max_deg", "rms_mm", "s_curve_tear_ratio"),
         towards=(-0.55, -0.75, 1.0),
         colours=COLOURS,
     )
@@ -86,12 +89,15 @@ def _choice(name: str, whose: Whose, framing: FramingSettings | None) -> Choice:
     away = distances(built, arch())
     numbers = normal_numbers(strips) | error_numbers(away) | shape_numbers(built)
     numbers["s_curve_tear_ratio"] = s_curve_tear(rule)
+    verdict = verdict_of(numbers)
+    if numbers["s_curve_tear_ratio"] > TEAR_LIMIT:
+        verdict += ", torn at inflections"
     return Choice(
         name,
         whose,
         _told(rule),
         numbers,
-        verdict_of(numbers),
+        verdict,
         model_of(built, strips, np.abs(away)),
     )
 

@@ -51,6 +51,8 @@ def figure_2() -> Figure:
         "to its side and a short one makes them straight; none of these folds. Lengths of an arc "
         "lie near 1 here: nobody has to choose them.",
         tuple(choices),
+        towards=(-0.8, -0.75, 1.1),
+        main=("start_speed", "middle_speed", "end_speed", "line_length"),
     )
 
 
@@ -83,6 +85,7 @@ def figure_3() -> Figure:
         "their binormals, so that both curves are geodesics of it.",
         "All are whole, and square enough nowhere to come near a fold.",
         tuple(choices),
+        main=("tear_ratio", "sine_least", "line_length"),
     )
 
 

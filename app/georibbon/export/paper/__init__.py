@@ -1,0 +1,1 @@
+"""The figures of the source paper as pictures, a table and a page."""
