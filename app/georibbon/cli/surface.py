@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from georibbon.cli.arguments import Parser, zero_or_millimetres
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_notices, print_surface
-from georibbon.cli.reconstruction import add_surface
+from georibbon.cli.reconstruction import add_surface, check_cad, write_surfaces
 from georibbon.errors import ExportError
 from georibbon.export.files import (
     CURVES_ENDINGS,
@@ -30,7 +30,7 @@ ribbon's are: a straight way over the surface.
 
 CURVES.csv has a header line and one row a point, its columns in any order: x, y, z; and,
 where they are known, pass (the curve's name), s (arc length), nx, ny, nz (normal), sigma,
-kind (pass or tie; a tie stays out of the surface).  Without pass, blank lines part the
+kind (pass, or tie: one across the others, for --cells).  Without pass, blank lines part the
 curves.  Without normals they are found from the way in which each curve bends.
 
 Printed is one line a curve, every check that is not passed, with advice, and the notices.
@@ -78,7 +78,8 @@ def configure(_name: str, parser: Parser) -> None:
 def _add_outputs(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help="the surface as .stl (binary), .obj or .ply; may be repeated",
+        help="the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, "
+        ".step or .iges (they need the extra cad); may be repeated",
     )  # fmt: skip
     group.add_argument(
         "--unit", choices=("mm", "cm", "m", "in"), default="mm",
@@ -106,7 +107,7 @@ def run(arguments: argparse.Namespace) -> None:
         framing, settings = _framing(arguments), _settings(arguments)
         file = read_curves(arguments.source, arguments.curves_unit)
         laid = lay(file.curves, framing, settings, measured=arguments.normals is None)
-        _write(laid, outputs, arguments)
+        told = _write(laid, outputs, arguments)
         _write_reports(laid, file, (framing, settings), outputs, arguments)
     for curve in laid.curves:
         print(_line(curve, framing.normals))
@@ -114,7 +115,7 @@ def run(arguments: argparse.Namespace) -> None:
     print_notices((*file.notices, *laid.notices))
     for target in outputs.targets:
         unit = f" ({arguments.unit})" if target in arguments.surface else ""
-        print(f"written: {target}{unit}")
+        print(f"written: {target}{unit}{told.get(target, '')}")
 
 
 def _targets(arguments: argparse.Namespace) -> list[Path]:
@@ -128,6 +129,7 @@ def _targets(arguments: argparse.Namespace) -> list[Path]:
     ):
         for path in paths:
             require_ending(path, endings, what)
+    check_cad(arguments.surface, arguments.thickness)
     for path in arguments.report:
         if path.suffix.lower() != ".json":
             raise ExportError(
@@ -158,13 +160,11 @@ def _settings(arguments: argparse.Namespace) -> SurfaceSettings:
     return settings.surface or SurfaceSettings()
 
 
-def _write(laid: "Laid", outputs: Outputs, arguments: argparse.Namespace) -> None:
-    """Prepare the meshes, the curves and the picture."""
+def _write(laid: "Laid", outputs: Outputs, arguments: argparse.Namespace) -> dict[Path, str]:
+    """Prepare the surface, the curves and the picture; returns what is to be told of surfaces."""
     from georibbon.export.curves import write_strips
-    from georibbon.export.mesh import write_mesh
 
-    for path in arguments.surface:
-        write_mesh(laid.surface.export_mesh, outputs.place(path), arguments.unit)
+    told = write_surfaces(laid.surface, outputs, arguments, arguments.source.stem)
     if arguments.curves:
         curves = [(one.name, one.kind, one.strip, one.sigma) for one in laid.curves]
         write_strips(curves, outputs.place(arguments.curves))
@@ -174,6 +174,7 @@ def _write(laid: "Laid", outputs: Outputs, arguments: argparse.Namespace) -> Non
             from georibbon.export.picture import write_picture
 
             write_picture(shown(laid), outputs.place(arguments.picture))
+    return told
 
 
 def _write_reports(

@@ -9,7 +9,7 @@ from georibbon.arrays import FloatArray
 from georibbon.calibration.model import Calibration
 from georibbon.errors import SurfaceError
 from georibbon.geometry.frames import Strip
-from georibbon.geometry.framing import Framed, FramingSettings, faced, frame_curve
+from georibbon.geometry.framing import Framed, FramingSettings, faced, faced_as, frame_curve
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.surface import Surface, build_surface
 from georibbon.notices import Notice
@@ -45,7 +45,7 @@ class LaidCurve:
 class Laid:
     """All curves as they were laid, the surface through the passes, and what is to be known.
 
-    Ties stay out of the surface.
+    The surface runs through ties too where its settings have cells.
     """
 
     curves: tuple[LaidCurve, ...]
@@ -75,22 +75,23 @@ def lay(
             [one.name for one in passes],
             settings,
             sigmas if len(sigmas) == len(passes) else None,
+            ties=[(one.name, one.strip) for one in laid if one.kind == "tie"],
         )
     unsure = [note for one in laid for note in _notices(one)]
     return Laid(laid, surface, (*_side(passes), *unsure))
 
 
 def _faced(curves: list[LaidCurve]) -> tuple[LaidCurve, ...]:
-    """The curves, those whose normals were found faced as the others of their kind are."""
+    """The curves, those whose normals were found faced as the others are."""
     passes = [one for one in curves if one.kind == "pass"]
     if len(passes) < LEAST_PASSES:
         return tuple(curves)
     strips = faced([one.strip for one in passes], [not one.framed.measured for one in passes])
     side = dict(zip((one.name for one in passes), strips, strict=True))
-    return tuple(
-        replace(one, framed=replace(one.framed, strip=side.get(one.name, one.strip)))
-        for one in curves
-    )
+    for one in curves:
+        if one.kind == "tie":
+            side[one.name] = one.strip if one.framed.measured else faced_as(one.strip, strips)
+    return tuple(replace(one, framed=replace(one.framed, strip=side[one.name])) for one in curves)
 
 
 def _side(passes: Sequence[LaidCurve]) -> list[Notice]:

@@ -18,7 +18,7 @@ from georibbon.geometry.binormals import (
     normals_from_bend,
     straight_stretches,
 )
-from georibbon.geometry.correspondence import aligned, arrange
+from georibbon.geometry.correspondence import agreement, aligned, arrange
 from georibbon.geometry.frames import Strip, cross, dot, frames_from
 from georibbon.geometry.frenet import curvature_vectors, curve_through
 from georibbon.geometry.penalised import best_cut, penalised_spline
@@ -136,6 +136,12 @@ def faced(strips: Sequence[Strip], free: Sequence[bool]) -> tuple[Strip, ...]:
         aligned(strip, False, bool(loose and flipped[i] != other))
         for i, (strip, loose) in enumerate(zip(strips, free, strict=True))
     )
+
+
+def faced_as(strip: Strip, others: Sequence[Strip]) -> Strip:
+    """A strip across others, faced as they are where they lie nearest to it."""
+    facing = sum(agreement(one, strip)[1] for one in others)
+    return aligned(strip, False, facing < 0.0)
 
 
 def _with_normals(
