@@ -104,7 +104,8 @@ class OneSpline:
         """
         along = BSpline(self.knots[0], self.control, DEGREE)(u, nu=nu)
         across = BSpline(self.knots[1], np.swapaxes(along, 0, 1), DEGREE)(w, nu=nw)
-        return np.swapaxes(across, 0, 1)
+        points: FloatArray = np.swapaxes(across, 0, 1)
+        return points
 
 
 def one_spline(
@@ -285,7 +286,7 @@ def worst_pieces(
         t = ((np.arange(count)[:, None] + INSIDE) / count).ravel()
         for part in parts_of(nodes):
             grid = target.grid(nodes[part], t)
-            for i in np.flatnonzero(counts == count):
+            for i in np.flatnonzero(counts == count).tolist():
                 w = spline.across(i, t)
                 gap = _size(spline(nodes[part], w) - grid.points[i]).max()
                 tilt = tilted(spline(nodes[part], w, nw=1), grid, i).max()
