@@ -6,6 +6,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUN := .venv/.ready-to-run
 TEST := .venv/.ready-to-test
+CAD := .venv/.ready-for-cad
 PEERS := .venv-peers/.ready
 SOURCES := packaging/prepare.sh packaging/missing_libraries.py pyproject.toml
 
@@ -14,11 +15,12 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
-.PHONY: help demo test benchmarks peers pictures translations lock clean
+.PHONY: help demo cad test benchmarks peers pictures translations lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        capture a virtual object, reconstruct it; results in build/demo, shown in the window"
+	@echo "make cad         the CAD kernel for STEP and IGES files as well (70 MB to download)"
 	@echo "make test        style, types, import rules and all tests with their coverage"
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
 	@echo "make peers       the same curves for Georibbon and for other programs, in .venv-peers"
@@ -34,6 +36,12 @@ $(RUN): $(SOURCES) packaging/requirements.lock packaging/requirements-build.lock
 $(TEST): $(RUN) packaging/requirements-dev.lock
 	@PYTHON="$(PYTHON)" sh packaging/prepare.sh test
 	@touch $@
+
+$(CAD): $(RUN) packaging/requirements-cad.lock
+	@PYTHON="$(PYTHON)" sh packaging/prepare.sh cad
+	@touch $@
+
+cad: $(CAD)
 
 demo: $(RUN)
 	@echo "== The demonstration: a virtual capture of a car bonnet, reconstructed (a minute at most)"

@@ -14,6 +14,7 @@ compile() {
 
 compile requirements.lock pyproject.toml "$@"
 compile requirements-build.lock --group build --constraint packaging/requirements.lock "$@"
+compile requirements-cad.lock pyproject.toml --extra cad --constraint packaging/requirements.lock "$@"
 compile requirements-dev.lock pyproject.toml --group dev --constraint packaging/requirements.lock "$@"
 compile requirements-peers.lock --group build --group peers \
     --constraint packaging/requirements.lock --constraint packaging/requirements-build.lock "$@"

@@ -1,6 +1,6 @@
 """Prints the Debian packages that are still needed; prints nothing where none is missing.
 
-    missing_libraries.py run|test|peers
+    missing_libraries.py run|cad|test|peers
 
 Pictures are drawn off screen, on Linux through EGL and its software driver.  VTK
 crashes where they are missing, so it is tried in a process of its own.  The window
@@ -59,6 +59,8 @@ PEERS = {
     "libudev.so.1": "libudev1",
     "libusb-1.0.so.0": "libusb-1.0-0",
 }
+# What the CAD kernel links to, though it draws nothing here.
+KERNEL = {"libGL.so.1": "libgl1", "libX11.so.6": "libx11-6", "libexpat.so.1": "libexpat1"}
 FONTS = (Path("/usr/share/fonts"), Path("/usr/local/share/fonts"))
 
 # A display without a screen, and what the script that starts it calls.
@@ -93,7 +95,9 @@ def has_fonts() -> bool:
 
 
 def missing(purpose: str) -> list[str]:
-    """The packages that are needed to "run", to "test" or for the "peers", each once."""
+    """The packages that are needed to "run", for "cad", to "test" or for "peers", each once."""
+    if purpose == "cad":
+        return [package for library, package in KERNEL.items() if not loads(library)]
     if purpose == "peers":
         return [package for library, package in PEERS.items() if not loads(library)]
     found = [] if drawing_works() else list(PICTURES)

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Prepares a machine: `prepare.sh run` for the program, `prepare.sh test` for its tests as well,
+# Prepares a machine: `prepare.sh run` for the program, `prepare.sh cad` for STEP and IGES files as
+# well, `prepare.sh test` for the tests,
 # `prepare.sh peers` for what Georibbon is measured against, in .venv-peers.
 #
 # Makes .venv, installs the locked requirements (every file checked against its hash) and Georibbon
@@ -79,6 +80,11 @@ run)
     install --no-deps --no-build-isolation --editable .
     libraries run
     ;;
+cad)
+    say "Installing the CAD kernel (packaging/requirements-cad.lock)"
+    requirements -r packaging/requirements-cad.lock
+    libraries cad
+    ;;
 test)
     say "Installing what the tests need (packaging/requirements-dev.lock)"
     requirements -r packaging/requirements-dev.lock
@@ -92,6 +98,6 @@ peers)
     libraries peers
     ;;
 *)
-    stop "say what to prepare: prepare.sh run, prepare.sh test or prepare.sh peers"
+    stop "say what to prepare: prepare.sh run, cad, test or peers"
     ;;
 esac

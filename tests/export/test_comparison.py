@@ -241,10 +241,10 @@ def test_what_cannot_be_written_is_refused_in_a_sentence_with_the_right_name(
     with pytest.raises(SurfaceError, match="thick"):
         written(tmp_path, "a.stl", "surface", dome, small_capture, settings=thick)
 
-    def refuse(_mesh, path, _unit):
+    def refuse(_surface, path, _unit, _name):
         raise ExportError(f"{path}: no")
 
-    monkeypatch.setattr(choices, "write_mesh", refuse)
+    monkeypatch.setattr(choices, "write_surface", refuse)
     with pytest.raises(ExportError, match=f"^{tmp_path / 'a.stl'}: no$"):
         written(tmp_path, "a.stl", "surface", dome, small_capture)
     assert [one.name for one in tmp_path.iterdir()] == ["folder.stl"]

@@ -82,10 +82,10 @@ def test_another_tolerance_is_drawn_anew(opened, qtbot):
 
 
 def test_what_cannot_be_made_is_told_beside_and_nothing_is_written(opened, qtbot, monkeypatch):
-    def folded(_choice, _result):
+    def folded(_result, _settings):
         raise GeoribbonError("a wall 90 mm thick folds over itself")
 
-    monkeypatch.setattr(choices, "mesh_of", folded)
+    monkeypatch.setattr(choices, "surface_with", folded)
     dialog = shown(opened, qtbot)
     qtbot.waitUntil(lambda: "folds over itself" in dialog.told.text(), timeout=20_000)
     assert dialog.told.text().startswith("✖")
@@ -140,7 +140,13 @@ def test_a_place_is_chosen_and_gives_the_format(opened, qtbot, tmp_path, monkeyp
     monkeypatch.setattr(dialogs, "ask_target", ask)
     dialog = shown(opened, qtbot)
     qtbot.mouseClick(dialog.browse, Qt.MouseButton.LeftButton)
-    assert asked == [("dome.stl", "Export surface", "Surface, as a mesh (*.stl *.obj *.ply)")]
+    assert asked == [
+        (
+            "dome.stl",
+            "Export surface",
+            "Surface, as a mesh or as one spline (*.stl *.obj *.ply *.step *.iges)",
+        )
+    ]
     assert dialog.format.currentData() == ".ply"
     assert dialog.chosen.path == tmp_path / "elsewhere.ply"
     monkeypatch.setattr(ExportDialog, "ask_place", lambda *_: None)
@@ -153,7 +159,7 @@ def test_errors_of_writing_stand_in_the_dialog(opened, qtbot, tmp_path):
     for text, told in (
         ("", "into which file"),
         (str(tmp_path / "no" / "a.stl"), "a.stl"),
-        (str(tmp_path / "a.txt"), "expected .stl or .obj or .ply"),
+        (str(tmp_path / "a.txt"), "expected .stl or .obj or .ply or .step"),
     ):
         dialog.place.setText(text)
         qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
@@ -166,14 +172,14 @@ def test_errors_of_writing_stand_in_the_dialog(opened, qtbot, tmp_path):
 
 def test_what_is_cancelled_leaves_nothing(opened, qtbot, tmp_path, monkeypatch):
     dialog = shown(opened, qtbot)
-    whole = choices.write_mesh
+    whole = choices.write_surface
 
     def slowly(*words):
         while not dialog._cancelled:
             pass
-        whole(*words)
+        return whole(*words)
 
-    monkeypatch.setattr(choices, "write_mesh", slowly)
+    monkeypatch.setattr(choices, "write_surface", slowly)
     qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
     assert dialog.progress.isVisible()
     assert not dialog.write.isEnabled()
@@ -206,9 +212,9 @@ def test_it_closes_with_what_it_is_of(opened, qtbot):
 
 def test_every_kind_has_its_words_and_every_field_its_label(opened, qtbot):
     assert set(KINDS) == set(FORMATS) == set(choices.KINDS)
-    assert {kind: tuple(ends) for kind, ends in FORMATS.items() if kind != "report"} == {
-        kind: ends for kind, ends in choices.ENDINGS.items() if kind != "report"
-    }
+    for kind, endings in FORMATS.items():
+        others = {".stp", ".igs"} if kind == "surface" else set()
+        assert set(endings) | others == set(choices.ENDINGS[kind])
     dialog = shown(opened, qtbot)
     for part in (dialog.kind, dialog.format, dialog.unit, dialog.tolerance):
         assert dialog.form.labelForField(part).text()

@@ -116,8 +116,8 @@ def configure(_name: str, parser: Parser) -> None:
 
 def _add_outputs(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
-        "--surface", choices=("stl", "obj", "ply"), action="append", default=[],
-        help="the surface in this format; may be repeated",
+        "--surface", choices=("stl", "obj", "ply", "step", "iges"), action="append", default=[],
+        help="the surface in this format; may be repeated; step and iges need the extra cad",
     )  # fmt: skip
     group.add_argument(
         "--unit", choices=("mm", "cm", "m", "in"), default="mm",
@@ -174,9 +174,10 @@ def _endings(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 def _check_words(arguments: argparse.Namespace) -> None:
     """What is wrong with the words, or with the calibration's file, is told before the work."""
-    from georibbon.cli.reconstruction import settings_from
+    from georibbon.cli.reconstruction import check_cad, settings_from
     from georibbon.session.calibration_file import read_calibration
 
+    check_cad([Path(f"batch.{one}") for one in arguments.surface], arguments.thickness)
     settings_from(arguments)
     if arguments.calibration is not None:
         read_calibration(arguments.calibration)
@@ -390,9 +391,9 @@ def _write(
         files = _files(task)
         write_report(result, path, source=str(task.source), unit=unit, files=files, title=title)
     elif result.surface is not None:
-        from georibbon.export.mesh import write_mesh
+        from georibbon.export.surface_files import write_surface
 
-        write_mesh(result.surface.export_mesh, path, unit)
+        write_surface(result.surface, path, unit, title or task.name)
 
 
 def _summed_up(task: Task, result: "Reconstruction", seconds: float) -> Outcome:

@@ -1,7 +1,7 @@
 """``georibbon reconstruct``: the main job."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,22 +11,24 @@ from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_reconstruction
 from georibbon.errors import SettingsError
 from georibbon.export.files import (
+    CAD_ENDINGS,
     CURVES_ENDINGS,
     PICTURE_ENDINGS,
     REPORT_ENDINGS,
     SURFACE_ENDINGS,
     require_ending,
 )
-from georibbon.geometry.settings import CORRESPONDENCES, DIRECTIONS, INTERIORS, LENGTHS
+from georibbon.geometry.settings import CORRESPONDENCES, DIRECTIONS, INTERIORS, LENGTHS, TANGENTS
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
-    from georibbon.export.mesh import Unit
+    from georibbon.geometry.surface import Surface
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
     from georibbon.session.source import Loaded
 
 ALL_PASSES = "*"
 OF_RIBBON = ("smoothing", "weight")  # what the paper's way knows nothing of
+OF_PAPER = ("tangents",)  # and what it alone knows
 
 DESCRIPTION = """\
 Turn a recording into the surface that the ribbon was laid on: calibrate from the poses,
@@ -63,7 +65,8 @@ def configure(_name: str, parser: Parser) -> None:
 def _add_outputs(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help="the surface as .stl (binary), .obj or .ply; may be repeated",
+        help="the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, "
+        ".step or .iges (they need the extra cad); may be repeated",
     )  # fmt: skip
     group.add_argument(
         "--unit", choices=("mm", "cm", "m", "in"), default="mm",
@@ -89,6 +92,11 @@ def add_settings(group: argparse._ArgumentGroup) -> None:
         "--method", choices=("ribbon", "paper"),
         help="ribbon (default): all readings of a pass fitted at once, with the survey; "
         "paper: tangents interpolated from sensor to sensor",
+    )  # fmt: skip
+    group.add_argument(
+        "--tangents", choices=TANGENTS,
+        help="for --method paper: how tangents are interpolated, by unrolling the sphere "
+        "(unrolled, default), by averages on it (averages), or by components, made unit",
     )  # fmt: skip
     group.add_argument(
         "--calibration", metavar="FILE", type=Path,
@@ -155,7 +163,8 @@ def add_surface(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
     group.add_argument(
         "--tolerance", metavar="MM", type=millimetres,
-        help="how far the triangles may be from the surface, in mm (default 0.05)",
+        help="how far triangles, or the spline of a CAD file, may be from the surface, in mm "
+        "(default 0.05)",
     )  # fmt: skip
     group.add_argument(
         "--thickness", metavar="MM", type=millimetres,
@@ -216,13 +225,13 @@ def run(arguments: argparse.Namespace) -> None:
             calibration = loaded.calibration
             used.append("from the session: the calibration")
         result = reconstruct(loaded.recording, settings, calibration)
-        write(result, outputs, arguments, loaded.recording.title)
+        told = write(result, outputs, arguments, loaded.recording.title)
     print_reconstruction(result)
     for line in used:
         print(line)
     for target in outputs.targets:
         unit = f" ({arguments.unit})" if target in arguments.surface else ""
-        print(f"written: {target}{unit}")
+        print(f"written: {target}{unit}{told.get(target, '')}")
 
 
 def targets(arguments: argparse.Namespace) -> list[Path]:
@@ -237,7 +246,20 @@ def targets(arguments: argparse.Namespace) -> list[Path]:
     ):
         for path in paths:
             require_ending(path, endings, what)
+    check_cad(arguments.surface, arguments.thickness)
     return [*arguments.surface, *curves, *arguments.report, *pictures]
+
+
+def check_cad(surfaces: Sequence[Path], thickness: float | None) -> None:
+    """Raise ExportError where files for CAD programs are wanted that cannot be written.
+
+    thickness: metres, of the solid that is asked for.
+    """
+    if any(path.suffix.lower() in CAD_ENDINGS for path in surfaces):
+        from georibbon.export.surface_files import require_cad
+
+        for path in surfaces:
+            require_cad(path, thickness)
 
 
 def _calibration(path: Path | None) -> "Calibration | None":
@@ -276,8 +298,12 @@ def with_session(
         and (ALL_PASSES, key) not in asked
     }
     method = asked.get((ALL_PASSES, "method"), taken.get((ALL_PASSES, "method"), "ribbon"))
-    if method != "ribbon":
-        taken = {place: value for place, value in taken.items() if place[1] not in OF_RIBBON}
+    if method == "ribbon" and (ALL_PASSES, "tangents") in asked:
+        raise SettingsError(
+            "--tangents is for --method paper; the fit to the readings interpolates no tangents"
+        )
+    unheard = OF_PAPER if method == "ribbon" else OF_RIBBON
+    taken = {place: value for place, value in taken.items() if place[1] not in unheard}
     settings = _settings(arguments, {**taken, **asked})
     if settings.surface is None:
         taken = {place: value for place, value in taken.items() if place[1] not in OF_SURFACE}
@@ -296,7 +322,7 @@ def _asked(arguments: argparse.Namespace) -> dict[tuple[str, str], object]:
     for key in BY_PASS:
         for whose, value in getattr(arguments, key):
             asked[whose, key] = value
-    for key in ("method", "neighbours"):
+    for key in ("method", "neighbours", "tangents"):
         asked[ALL_PASSES, key] = getattr(arguments, key)
     for key in OF_SURFACE:
         asked[ALL_PASSES, key] = getattr(arguments, key.removeprefix("surface."))
@@ -342,10 +368,10 @@ def _in_words(key: str, value: object) -> str:
 
 def write(
     result: "Reconstruction", outputs: Outputs, arguments: argparse.Namespace, title: str | None
-) -> None:
-    """Prepare every output."""
-    for path in arguments.surface:
-        _write_surface(result, outputs.place(path), arguments.unit)
+) -> dict[Path, str]:
+    """Prepare every output; returns what is to be told of surfaces, where there is something."""
+    name = title or arguments.source.stem
+    told = write_surfaces(result.surface, outputs, arguments, name)
     if arguments.curves:
         from georibbon.export.curves import write_curves
 
@@ -367,10 +393,21 @@ def write(
             from georibbon.export.picture import write_picture
 
             write_picture(result, outputs.place(arguments.picture))
+    return told
 
 
-def _write_surface(result: "Reconstruction", place: Path, unit: "Unit") -> None:
-    from georibbon.export.mesh import write_mesh
+def write_surfaces(
+    surface: "Surface | None", outputs: Outputs, arguments: argparse.Namespace, name: str
+) -> dict[Path, str]:
+    """Prepare the surface's files; returns what is to be told of some beside their names."""
+    from georibbon.export.surface_files import in_words, write_surface
 
-    if result.surface is not None:
-        write_mesh(result.surface.export_mesh, place, unit)
+    told: dict[Path, str] = {}
+    if surface is None:
+        return told
+    for path in arguments.surface:
+        with signals_held():
+            facts = write_surface(surface, outputs.place(path), arguments.unit, name)
+        if facts is not None:
+            told[path] = f", {in_words(facts)}"
+    return told

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from georibbon.errors import ExportError, GeoribbonError
 from georibbon.export.files import (
@@ -11,13 +11,17 @@ from georibbon.export.files import (
     SURFACE_ENDINGS,
     require_ending,
 )
-from georibbon.export.mesh import Unit, write_mesh
+from georibbon.export.mesh import Unit
+from georibbon.export.surface_files import write_surface
 from georibbon.export.surfaces import surface_with
 from georibbon.geometry.mesh import Mesh
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.reconstruction import Reconstruction
 from georibbon.recording import Recording
 from georibbon.session.files import built_file, kind_of
+
+if TYPE_CHECKING:
+    from georibbon.export.cad import CadFacts
 
 Kind = Literal["surface", "curves", "report", "recording"]
 KINDS: tuple[Kind, ...] = ("surface", "curves", "report", "recording")
@@ -54,8 +58,8 @@ def write(
     source: str,
     title: str | None,
     cancelled: Callable[[], bool],
-) -> None:
-    """Write what was chosen, whole or not at all.
+) -> "CadFacts | None":
+    """Write what was chosen, whole or not at all; returns what was found of a spline.
 
     result: of what is open; a recording's folder needs none.  recording: gives
     what was captured.  source: what is open, for the report.  cancelled: asked
@@ -68,7 +72,7 @@ def write(
         captured = recording()
         _go_on(cancelled)
         write_recording(captured, choice.path)
-        return
+        return None
     require_ending(choice.path, ENDINGS[choice.kind], f"a {choice.kind}")
     if result is None:
         raise ExportError("there is no result to write yet; mend what is told of first")
@@ -76,11 +80,12 @@ def write(
         raise ExportError(f"{choice.path} is a folder, a file was expected; add a file's name")
     with built_file(choice.path, ExportError) as built:
         try:
-            _write(replace(choice, path=built), result, source, title)
+            facts = _write(replace(choice, path=built), result, source, title)
         except GeoribbonError as error:
             error.args = (str(error).replace(str(built), str(choice.path)),)
             raise
         _go_on(cancelled)
+    return facts
 
 
 def mesh_of(choice: Choice, result: Reconstruction) -> Mesh:
@@ -88,10 +93,13 @@ def mesh_of(choice: Choice, result: Reconstruction) -> Mesh:
     return surface_with(result, choice.settings).export_mesh
 
 
-def _write(choice: Choice, result: Reconstruction, source: str, title: str | None) -> None:
+def _write(
+    choice: Choice, result: Reconstruction, source: str, title: str | None
+) -> "CadFacts | None":
     if choice.kind == "surface":
-        write_mesh(mesh_of(choice, result), choice.path, choice.unit)
-    elif choice.kind == "curves":
+        surface = surface_with(result, choice.settings)
+        return write_surface(surface, choice.path, choice.unit, title or Path(source).stem)
+    if choice.kind == "curves":
         from georibbon.export.curves import write_curves
 
         write_curves(result, choice.path)
@@ -99,6 +107,7 @@ def _write(choice: Choice, result: Reconstruction, source: str, title: str | Non
         from georibbon.export.report import write_report
 
         write_report(result, choice.path, source=source, unit=choice.unit, title=title)
+    return None
 
 
 def _go_on(cancelled: Callable[[], bool]) -> None:

@@ -44,12 +44,13 @@ class SurfacePlan:
     """What a surface was made from and where it was cut.
 
     model: the passes in order across, matched.  nodes: (k,) parameters of the
-    grid's rows.  counts: (p-1,) columns of each patch.
+    grid's rows.  counts: (p-1,) columns of each patch.  tolerance: metres, that was asked for.
     """
 
     model: PatchSet
     nodes: FloatArray
     counts: IntArray
+    tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,7 @@ def build_surface(
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
         columns=(0, *(int(column) for column in np.cumsum(counts))),
-        plan=SurfacePlan(model, nodes, counts),
+        plan=SurfacePlan(model, nodes, counts, settings.tolerance),
     )
 
 

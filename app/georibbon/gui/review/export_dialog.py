@@ -1,5 +1,6 @@
 """What is open, written into files: the surface, the curves, a report, the recording."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,10 +32,11 @@ from georibbon.gui.review.told import ToldLine
 from georibbon.gui.review.worker import Worker
 
 if TYPE_CHECKING:
+    from georibbon.export.cad import CadFacts
     from georibbon.export.choice import Choice
 
 KINDS = {
-    "surface": N_("Surface, as a mesh"),
+    "surface": N_("Surface, as a mesh or as one spline"),
     "curves": N_("Curves of the passes, as a table"),
     "report": N_("Report"),
     "recording": N_("Recording folder, the raw data"),
@@ -44,6 +46,8 @@ FORMATS = {
         ".stl": N_("STL, binary"),
         ".obj": N_("OBJ, with normals"),
         ".ply": N_("PLY, with normals and uncertainty"),
+        ".step": N_("STEP, one spline for CAD programs"),
+        ".iges": N_("IGES, one spline for CAD programs"),
     },
     "curves": {".csv": N_("CSV, metres")},
     "report": {
@@ -79,6 +83,8 @@ EXPLAINED = {
         "can read. Notes and settings stay in the session."
     ),
 }
+SPLINES = (".step", ".iges")
+SHORTER = {".stp": ".step", ".igs": ".iges"}
 FINEST, COARSEST = 1e-5, 5e-3
 THINNEST, THICKEST = 1e-4, 0.1
 
@@ -124,7 +130,7 @@ class ExportDialog(QDialog):
         for key, words in UNITS.items():
             self.unit.addItem(tr(words), key)
         self.tolerance = LengthBox(units, FINEST, COARSEST, 1e-5)
-        self.tolerance.setToolTip(tr("How far the triangles may be from the surface"))
+        self.tolerance.setToolTip(tr("How far the triangles or the spline may be from the surface"))
         self.solid = QCheckBox(tr("&Closed solid of thickness"))
         self.solid.setToolTip(tr("The surface thickened inwards, for printing"))
         self.thickness = LengthBox(units, THINNEST, THICKEST, 5e-4)
@@ -188,8 +194,8 @@ class ExportDialog(QDialog):
         document = self._parts.document
         self.kind.currentIndexChanged.connect(self._show_kind)
         self.format.currentIndexChanged.connect(self._propose)
-        self.solid.toggled.connect(self.thickness.setEnabled)
-        self.solid.toggled.connect(self._draw)
+        self.format.currentIndexChanged.connect(self._show_format)
+        self.solid.toggled.connect(self._show_format)
         self.tolerance.edited.connect(self._draw)
         self.thickness.edited.connect(self._draw)
         self.place.textEdited.connect(self._name)
@@ -216,7 +222,6 @@ class ExportDialog(QDialog):
         self.tolerance.set_metres(surface.tolerance)
         self.solid.setChecked(surface.thickness is not None)
         self.thickness.set_metres(surface.thickness or 2e-3)
-        self.thickness.setEnabled(self.solid.isChecked())
 
     def choose_kind(self, kind: str) -> None:
         """Show what is to be chosen of one of KINDS."""
@@ -231,7 +236,7 @@ class ExportDialog(QDialog):
         surface = replace(
             self._parts.document.settings.surface,
             tolerance=self.tolerance.metres,
-            thickness=self.thickness.metres if self.solid.isChecked() else None,
+            thickness=self.thickness.metres if self.thickness.isEnabled() else None,
         )
         return Choice(self.kind.currentData(), self._path(), self.unit.currentData(), surface)
 
@@ -241,6 +246,8 @@ class ExportDialog(QDialog):
         self.format.clear()
         for ending, words in FORMATS[kind].items():
             self.format.addItem(tr(words), ending)
+        if kind == "surface":
+            self._close_what_lacks()
         self.format.blockSignals(False)
         for row in self._of_surface:
             self.form.setRowVisible(row, kind == "surface")
@@ -249,6 +256,22 @@ class ExportDialog(QDialog):
         self._named = False
         self._propose()
         self._look()
+        self._show_format()
+
+    def _close_what_lacks(self) -> None:
+        """Formats that cannot be written here cannot be chosen, and tell why."""
+        from georibbon.export.cad import what_lacks
+
+        lacking = what_lacks()
+        for ending in SPLINES if lacking else ():
+            at = self.format.findData(ending)
+            self.format.model().item(at).setEnabled(False)
+            self.format.setItemData(at, lacking, Qt.ItemDataRole.ToolTipRole)
+
+    def _show_format(self) -> None:
+        """A spline has no thickness."""
+        self.solid.setEnabled(self.format.currentData() not in SPLINES)
+        self.thickness.setEnabled(self.solid.isEnabled() and self.solid.isChecked())
         self._draw()
 
     def _propose(self) -> None:
@@ -288,7 +311,8 @@ class ExportDialog(QDialog):
         if found is not None:
             self.place.setText(str(found))
             self._name()
-            at = self.format.findData(found.suffix.lower())
+            ending = found.suffix.lower()
+            at = self.format.findData(SHORTER.get(ending, ending))
             if at >= 0:
                 self.format.setCurrentIndex(at)
 
@@ -358,10 +382,10 @@ class ExportDialog(QDialog):
             from georibbon.export.choice import CancelledError, write
 
             try:
-                write(choice, result, recording, source, title, lambda: self._cancelled)
+                facts = write(choice, result, recording, source, title, lambda: self._cancelled)
             except CancelledError:
                 return None
-            return choice.path
+            return choice.path, facts
 
         self.told.tell(tr("Writing {name}…", name=choice.path.name))
         self._show_busy(True)
@@ -373,14 +397,29 @@ class ExportDialog(QDialog):
             self._cancelled = True
             self.told.tell(tr("Cancelling…"))
 
-    def _written(self, path: object) -> None:
+    def _written(self, done: object) -> None:
         self._show_busy(False)
-        if path is None:
+        if done is None:
             self.told.tell(tr("Cancelled; nothing was written."))
             return
+        path, facts = done
         self._look()  # it is there now
-        self.told.tell(tr("Written: {path}", path=path), "good")
+        self.told.tell(self._words(path, facts), "good")
         self.written.emit(path)
+
+    def _words(self, path: Path, facts: "CadFacts | None") -> str:
+        if facts is None:
+            return tr("Written: {path}", path=path)
+        along, across = facts.count
+        return tr(
+            "Written: {path}: one spline within {distance} and {angle}° of the patches, "
+            "{along} × {across} control points, read back",
+            path=path,
+            distance=self._parts.units.text(facts.deviation, 3),
+            angle=f"{math.degrees(facts.turn):.2g}",
+            along=along,
+            across=across,
+        )
 
     def _failed(self, sentence: str) -> None:
         self._show_busy(False)
