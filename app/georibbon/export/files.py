@@ -5,7 +5,9 @@ from pathlib import Path
 from georibbon.errors import ExportError
 from georibbon.session.files import built_file, kind_of
 
-SURFACE_ENDINGS = (".stl", ".obj", ".ply")
+MESH_ENDINGS = (".stl", ".obj", ".ply")
+CAD_ENDINGS = (".step", ".stp", ".igs", ".iges")
+SURFACE_ENDINGS = (*MESH_ENDINGS, *CAD_ENDINGS)
 CURVES_ENDINGS = (".csv",)
 REPORT_ENDINGS = (".json", ".html", ".pdf")
 PICTURE_ENDINGS = (".png",)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from georibbon import __version__
 from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import ExportError
-from georibbon.export.files import SURFACE_ENDINGS, require_ending, write_whole
+from georibbon.export.files import MESH_ENDINGS, require_ending, write_whole
 from georibbon.geometry import frames
 from georibbon.geometry.mesh import Mesh, facets
 
@@ -39,7 +39,7 @@ def write_mesh(mesh: Mesh, path: Path, unit: Unit) -> None:
     Raises ExportError for another ending, a mesh without triangles, a number
     that is not finite, or a place that cannot be written.
     """
-    ending = require_ending(path, SURFACE_ENDINGS, "a surface")
+    ending = require_ending(path, MESH_ENDINGS, "a mesh")
     _require_sound(mesh, path)
     encode = {".stl": _stl, ".obj": _obj, ".ply": _ply}[ending]
     write_whole(path, encode(mesh, unit))
