@@ -162,6 +162,8 @@ def test_settings_by_default(small_capture, settings_asked):
     ("words", "name", "value"),
     [
         (["--method=paper"], "method", "paper"),
+        (["--method=paper", "--tangents=averages"], "tangents", "averages"),
+        (["--method=paper", "--tangents=components"], "tangents", "components"),
         (["--no-neighbours"], "neighbours", False),
         (["--smoothing=auto"], "smoothing", {}),
         (["--smoothing=60"], "smoothing", {"*": 0.06}),
@@ -222,6 +224,9 @@ def same(found, value):
         (["--smoothing==60"], "=60"),
         (["--smoothing=60", "--method=paper"], "smoothing"),
         (["--weight=2", "--method=paper"], "--weight"),
+        (["--tangents=averages"], "--tangents is for --method paper"),
+        (["--tangents=averages", "--method=ribbon"], "--tangents is for --method paper"),
+        (["--tangents=guess"], "guess"),
         (["--weight=0"], "above 0"),
         (["--weight=1000"], "the weight of all passes is 1000"),
         (["--weight=P1=heavy"], "heavy"),

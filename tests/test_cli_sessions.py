@@ -213,3 +213,23 @@ def test_the_papers_way_leaves_what_is_of_the_ribbons_way(session, tmp_path, cap
     told = capsys.readouterr().out
     assert "from the session: the method, paper" in told
     assert "weight" not in told
+
+
+def test_tangents_go_with_the_papers_way_and_are_told_in_the_report(session, tmp_path, capsys):
+    report = tmp_path / "r.json"
+
+    def said(*words):
+        assert main(["reconstruct", str(session), f"--report={report}", *words]) == 0
+        return capsys.readouterr().out, json.loads(report.read_text("utf-8"))["tangents"]
+
+    with Session.open(session) as opened:
+        opened.do("setting", **{"pass": "*", "key": "tangents", "value": "averages"})
+    told, tangents = said()
+    assert (("from the session" in told), tangents) == (False, None)
+    report.unlink()
+    told, tangents = said("--method=paper")
+    assert "from the session: the interpolation of the tangents, averages" in told
+    assert tangents == "averages"
+    report.unlink()
+    told, tangents = said("--method=paper", "--tangents=components")
+    assert (("from the session" in told), tangents) == (False, "components")

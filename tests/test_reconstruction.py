@@ -1,12 +1,14 @@
 """The one pure function: its result, its stages, its refusals."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 from georibbon import reconstruction as room
 from georibbon.errors import CalibrationError, FitError, SettingsError, SurfaceError
+from georibbon.geometry.settings import TANGENTS
 from georibbon.geometry.surface import SurfaceSettings
 from georibbon.reconstruction import ReconstructionSettings, Stages, reconstruct
 from georibbon.recording import Distance
@@ -218,6 +220,27 @@ def test_the_papers_way_is_less_exact_and_says_what_it_is(made):
     errors = score(paper, made.truth).curves.all.rms
     assert score(run(made), made.truth).curves.all.rms < errors < 10.0
     assert "survey-outlier" not in {notice.code for notice in paper.notices}
+
+
+def test_the_papers_tangents_are_interpolated_as_asked_by_that_way_alone(made, monkeypatch):
+    stages = Stages()
+    results = [
+        run(made, ReconstructionSettings(method="paper", tangents=word, surface=None), stages)
+        for word in TANGENTS
+    ]
+    assert [result.tangents for result in results] == list(TANGENTS)
+    for one, other in combinations(results, 2):
+        away = np.abs(one.passes[0].strip.points - other.passes[0].strip.points).max()
+        assert 1e-9 < away < 1e-3
+    run(made, CURVES, stages)
+    calls = counted(monkeypatch, "fit_together")
+    run(made, replace(CURVES, tangents="averages"), stages)
+    assert numbers(calls) == {}
+
+
+def test_tangents_that_are_none_are_refused():
+    with pytest.raises(SettingsError, match="unrolled, averages, components"):
+        ReconstructionSettings(tangents="guess")
 
 
 def test_a_mark_wrong_by_20_cm_is_named_by_the_papers_way_too(made):

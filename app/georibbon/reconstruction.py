@@ -34,6 +34,7 @@ from georibbon.fitting.strip import Strips
 from georibbon.fitting.survey import Placed
 from georibbon.fitting.trimming import Curve, trimmed
 from georibbon.geometry.frames import Strip
+from georibbon.geometry.settings import TangentRule
 from georibbon.geometry.surface import Surface, SurfaceSettings, build_surface
 from georibbon.notices import Notice
 from georibbon.recording import Pass, PassKind, Recording
@@ -130,7 +131,8 @@ class Reconstruction:
     All in the workpiece frame, metres.  heading: radians, the workpiece's
     rotation from magnetic axes, counter-clockwise seen from above;
     heading_sigma: its standard deviation, None where the heading was not found
-    but taken.  `surface` is None where it was not asked for.
+    but taken.  `surface` is None where it was not asked for.  tangents: how they
+    were interpolated, of the paper's way alone.
     """
 
     ribbon: Ribbon
@@ -142,6 +144,7 @@ class Reconstruction:
     survey: tuple[SurveyResidual, ...]
     surface: Surface | None
     notices: tuple[Notice, ...]
+    tangents: TangentRule = "unrolled"
 
 
 class Stages:
@@ -258,6 +261,7 @@ def _reconstruct(
             *notices,
             *map(_survey_notice, outliers),
         ),
+        tangents=settings.tangents,
     )
     stages.put("whole", (), Whole(recording, settings, given, fit, result))
     return result
@@ -363,7 +367,8 @@ def _screened(recording: Recording, calibration: Calibration, stages: Stages) ->
 
 def _fit(capture: Capture, settings: ReconstructionSettings, stages: Stages) -> PassesFit:
     if settings.method == "paper":
-        return stages.get("paper", (capture,), lambda: fit_paper(capture))
+        of = (capture, settings.tangents)
+        return stages.get("paper", of, lambda: fit_paper(*of))
     chosen = FitSettings(settings.neighbours, settings.smoothing, settings.weight)
     candidates = _candidates(capture, chosen, stages)
     weights = tuple(settings.weight_of(one.name) for one in capture.recording.passes)

@@ -52,6 +52,7 @@ def test_every_word_of_the_settings_can_be_chosen():
         (surface_panel.CORRESPONDENCES, geometry.CORRESPONDENCES),
         (surface_panel.INTERIORS, geometry.INTERIORS),
         (surface_panel.METHODS, METHODS),
+        (surface_panel.TANGENTS, geometry.TANGENTS),
     ):
         assert [word for word, _, _ in choices] == list(words)
         assert len({name for _, name, _ in choices}) == len(choices)
@@ -145,6 +146,17 @@ def test_what_another_choice_takes_the_place_of_cannot_be_chosen(panel, qtbot):
     assert "another setting" in panel.direction.toolTip()
     wait_for_result(panel, qtbot, lambda: choose(panel.method, qtbot, "paper"))
     assert not panel.neighbours.isEnabled()
+
+
+def test_tangents_are_asked_for_where_passes_come_of_them(panel, qtbot, session):
+    assert not panel.tangents.isVisible()
+    wait_for_result(panel, qtbot, lambda: choose(panel.method, qtbot, "paper"))
+    assert panel.tangents.isVisible()
+    result = wait_for_result(panel, qtbot, lambda: choose(panel.tangents, qtbot, "averages"))
+    assert result.tangents == "averages"
+    assert load(session).values[("*", "tangents")] == "averages"
+    wait_for_result(panel, qtbot, panel._document.undo)
+    assert panel.tangents.currentData() == "unrolled"
 
 
 def test_neighbours_are_asked_or_not(panel, qtbot, session):

@@ -23,10 +23,10 @@ from georibbon.export.pdf_pages import (
 )
 from georibbon.export.picture import picture as scene_picture
 from georibbon.export.words import (
-    METHOD_WORDS,
     check_rows,
     chosen_words,
     date_words,
+    method_words,
     number,
     page_title,
 )
@@ -91,7 +91,7 @@ def _head(data: dict[str, Any], heading: str, date: str) -> Story:
             f"{ribbon['magnetometers']} magnetometers, {number(ribbon['length_m'], 3)} m",
         ),
         ("Heading", f"{number(turned['deg'], 1)}° against magnetic axes{spread}"),
-        ("Method", METHOD_WORDS[data["method"]]),
+        ("Method", method_words(data)),
         ("Files", f"{f'{files}; ' if files else ''}surface in {data['unit']}"),
         ("Made by", f"Georibbon {data['georibbon']}"),
     ]

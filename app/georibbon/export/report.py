@@ -12,11 +12,11 @@ from typing import Any
 from georibbon.export.files import REPORT_ENDINGS, require_ending, write_whole
 from georibbon.export.summary import report_data
 from georibbon.export.words import (
-    METHOD_WORDS,
     SIGNS,
     check_rows,
     chosen_words,
     date_words,
+    method_words,
     number,
     page_title,
 )
@@ -95,7 +95,7 @@ def report_html(
         created=date_words(created),
         style=Markup(style),  # noqa: S704  our own file, not a person's text
         style_hash=base64.b64encode(hashlib.sha256(style.encode("utf-8")).digest()).decode(),
-        method_words=METHOD_WORDS[data["method"]],
+        method_words=method_words(data),
         signs=SIGNS,
         chosen=chosen_words(data["passes"]),
         checks=check_rows(data["surface"]["checks"]) if data["surface"] else [],

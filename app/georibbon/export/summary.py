@@ -34,6 +34,7 @@ def report_data(
         "georibbon": __version__,
         "source": source,
         "method": reconstruction.method,
+        "tangents": reconstruction.tangents if reconstruction.method == "paper" else None,
         "unit": unit,
         "files": list(files),
         "quality": verdict,

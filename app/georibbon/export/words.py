@@ -8,6 +8,11 @@ METHOD_WORDS = {
     "ribbon": "ribbon fit with the survey inside",
     "paper": "the source paper's spherical splines",
 }
+TANGENT_WORDS = {
+    "unrolled": "",
+    "averages": ", tangents by averages on the sphere",
+    "components": ", tangents by components",
+}
 SIGNS = {
     "good": "✔",
     "pass": "✔",
@@ -17,6 +22,12 @@ SIGNS = {
     "fail": "✖",
 }
 """A verdict's sign, beside its word and its colour."""
+
+
+def method_words(data: dict[str, Any]) -> str:
+    """How the passes of a report were fitted."""
+    tangents = TANGENT_WORDS[data["tangents"]] if data["method"] == "paper" else ""
+    return METHOD_WORDS[data["method"]] + tangents
 
 
 def page_title(source: str, title: str | None) -> str:

@@ -16,17 +16,19 @@ from georibbon.fitting.tangents import (
     position_variances,
     site_orientations,
 )
+from georibbon.geometry.settings import TangentRule
 from georibbon.rotations import about_z
 
 
-def fit_paper(capture: Capture) -> PassesFit:
+def fit_paper(capture: Capture, tangents: TangentRule = "unrolled") -> PassesFit:
     """All passes the source paper's way: from tangents, placed rigidly by the survey.
 
-    Raises `FitError` where the survey does not hold the passes together.
+    tangents: how they are interpolated between the sensors.  Raises `FitError`
+    where the survey does not hold the passes together.
     """
     starts = find_starts(capture.problem)
     sites = site_orientations(capture.problem, starts)
-    curves = curves_of(capture.grid, sites, starts.owner)
+    curves = curves_of(capture.grid, sites, starts.owner, tangents)
     plan = make_plan(capture.recording, curves)
     placings = [(plan.placings(curves, side)[0], side) for side in plan.sides]
     placing, side = placings[0]

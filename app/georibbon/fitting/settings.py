@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from georibbon.errors import SettingsError
-from georibbon.geometry.settings import SurfaceSettings
+from georibbon.geometry.settings import TANGENTS, SurfaceSettings, TangentRule
 from georibbon.notices import Notice
 from georibbon.recording import Recording
 
@@ -27,8 +27,10 @@ class ReconstructionSettings:
 
     method: "ribbon", the fit to the readings, or "paper", from tangents as the
     source paper does.  neighbours: whether neighbouring passes correct each
-    other.  surface: None for curves alone.  The others are by the pass's name,
-    or "*" for all others:
+    other.  tangents: how the paper's way interpolates them: "unrolled" from the
+    sphere, by spherical "averages", or by "components"; the fit to the readings
+    needs none.  surface: None for curves alone.  The others are by the pass's
+    name, or "*" for all others:
 
     smoothing: metres; chosen by the evidence where nothing is given.
     sensors_off: names of sensors that are not listened to; those of "*" are
@@ -42,6 +44,7 @@ class ReconstructionSettings:
 
     method: Method = "ribbon"
     neighbours: bool = True
+    tangents: TangentRule = "unrolled"
     smoothing: Mapping[str, float] = field(default_factory=dict)
     surface: SurfaceSettings | None = field(default_factory=SurfaceSettings)
     sensors_off: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -52,6 +55,10 @@ class ReconstructionSettings:
         if self.method not in METHODS:
             raise SettingsError(
                 f'the method is "{self.method}"; it must be one of {", ".join(METHODS)}'
+            )
+        if self.tangents not in TANGENTS:
+            raise SettingsError(
+                f'the tangents are "{self.tangents}"; they must be one of {", ".join(TANGENTS)}'
             )
         for name, length in self.smoothing.items():
             if not (np.isfinite(length) and SHORTEST_SMOOTHING <= length <= LONGEST_SMOOTHING):

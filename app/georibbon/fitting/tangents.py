@@ -16,7 +16,9 @@ from georibbon.fitting.grid import Grid, integrate_frames
 from georibbon.fitting.placing import Curves, Link, Placing
 from georibbon.fitting.start import Starts, gravity_at
 from georibbon.fitting.strip import StripProblem
+from georibbon.geometry.settings import TangentRule
 from georibbon.geometry.spherical import interpolate_frames
+from georibbon.geometry.tangent_splines import SPLINES
 from georibbon.rotations import about_z, log, to_up
 
 _NEWTON_STEPS = 8
@@ -108,9 +110,12 @@ def _onward(frame: FloatArray, level: FloatArray) -> FloatArray:
     return np.asarray(about_z(best) @ level)
 
 
-def curves_of(grid: Grid, sites: list[Sites], owner: IntArray) -> Curves:
-    """The curves of all sites at the grid's nodes: unrolled spherical splines, integrated."""
-    strips = [interpolate_frames(part.s, part.frames, grid.nodes) for part in sites]
+def curves_of(
+    grid: Grid, sites: list[Sites], owner: IntArray, tangents: TangentRule = "unrolled"
+) -> Curves:
+    """The curves of all sites at the grid's nodes: interpolated tangents, integrated."""
+    made = SPLINES[tangents]
+    strips = [interpolate_frames(part.s, part.frames, grid.nodes, made) for part in sites]
     return Curves(
         grid.nodes,
         owner,

@@ -22,12 +22,14 @@ LengthRule = Literal[
 CorrespondenceRule = Literal["foot-cover", "foot-trim", "arc-length", "fraction"]
 Interior = Literal["g1", "c1-lines", "g2"]
 NormalRule = Literal["doubled-angle", "spline", "continuous", "raw"]
+TangentRule = Literal["unrolled", "averages", "components"]
 
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 LENGTHS: tuple[LengthRule, ...] = get_args(LengthRule)
 CORRESPONDENCES: tuple[CorrespondenceRule, ...] = get_args(CorrespondenceRule)
 INTERIORS: tuple[Interior, ...] = get_args(Interior)
 NORMAL_RULES: tuple[NormalRule, ...] = get_args(NormalRule)
+TANGENTS: tuple[TangentRule, ...] = get_args(TangentRule)
 
 LEAST_TOLERANCE = 1e-8  # m; finer than single precision tells in a file
 LEAST_THICKNESS = 1e-5  # m; below it both sides fall together in a file

@@ -9,12 +9,12 @@ fourth order in the pitch and turn with the directions.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 from scipy.interpolate import CubicSpline
 
 from georibbon.arrays import FloatArray
 from georibbon.geometry.frames import unit
+from georibbon.geometry.settings import TangentRule
 from georibbon.geometry.spherical import (
     MakeSpline,
     SphericalSpline,
@@ -22,8 +22,6 @@ from georibbon.geometry.spherical import (
     held_near,
 )
 from georibbon.geometry.spherical_averages import AverageSpline
-
-Tangents = Literal["unrolled", "averages", "components"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +48,7 @@ class ComponentSpline:
         return CubicSpline(self.s, self.tangents)
 
 
-SPLINES: Mapping[Tangents, MakeSpline] = {
+SPLINES: Mapping[TangentRule, MakeSpline] = {
     "unrolled": SphericalSpline,
     "averages": AverageSpline,
     "components": ComponentSpline,

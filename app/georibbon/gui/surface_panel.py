@@ -93,6 +93,17 @@ METHODS: Choices = (
         "Tangents are interpolated from sensor to sensor, then placed by the survey"
     )),
 )  # fmt: skip
+TANGENTS: Choices = (
+    ("unrolled", N_("unrolled from the sphere"), N_(
+        "A cubic spline in the plane onto which the sphere of directions is rolled"
+    )),
+    ("averages", N_("averages on the sphere"), N_(
+        "Weighted averages of directions, as Buss and Fillmore define them"
+    )),
+    ("components", N_("by components"), N_(
+        "A cubic spline of each component of the tangents, made unit again"
+    )),
+)  # fmt: skip
 THINNEST, THICKEST = 1e-4, 0.1  # metres
 FINEST, COARSEST = 1e-5, 0.01
 USUAL_THICKNESS = 0.002
@@ -110,6 +121,7 @@ class SurfacePanel(QWidget):
         self.correspondence = self._choice("surface.correspondence", CORRESPONDENCES)
         self.interior = self._choice("surface.interior", INTERIORS)
         self.method = self._choice("method", METHODS)
+        self.tangents = self._choice("tangents", TANGENTS)
         self.angles = [self._angle() for _ in range(4)]
         self.factors = [self._factor() for _ in range(2)]
         self.neighbours = QCheckBox(tr("Neighbours &correct each other"))
@@ -208,6 +220,7 @@ class SurfacePanel(QWidget):
         form.addRow(self.solid, self.thickness)
         form.addRow(_line())
         form.addRow(tr("Passes are &fitted"), self.method)
+        form.addRow(tr("Ta&ngents between sensors"), self.tangents)
         form.addRow("", self.neighbours)
         self._form = form
         self.advice.setWordWrap(True)
@@ -272,11 +285,12 @@ class SurfacePanel(QWidget):
         document = self._document
         self.setEnabled(document.path is not None)
         if document.path is None:
-            surface, neighbours, method = SurfaceSettings(), True, "ribbon"
+            surface, neighbours, method, tangents = SurfaceSettings(), True, "ribbon", "unrolled"
         else:
             settings = document.settings
             surface = settings.surface or SurfaceSettings()
             neighbours, method = settings.neighbours, settings.method
+            tangents = settings.tangents
         own = not isinstance(surface.lengths, str)
         for box, word in (
             (self.direction, surface.direction),
@@ -284,6 +298,7 @@ class SurfacePanel(QWidget):
             (self.correspondence, surface.correspondence),
             (self.interior, surface.interior),
             (self.method, method),
+            (self.tangents, tangents),
         ):
             box.setCurrentIndex(box.findData(word))
             box.setToolTip(box.currentData(Qt.ItemDataRole.ToolTipRole))
@@ -313,6 +328,7 @@ class SurfacePanel(QWidget):
         self.lengths.setEnabled(surface.uses_lengths)
         self._factors_row.setEnabled(surface.uses_lengths)
         self.neighbours.setEnabled(method == "ribbon")
+        self._form.setRowVisible(self.tangents, method == "paper")
         taken = tr("Chosen by another setting: lines over inner passes, or the lengths")
         if not surface.uses_direction:
             self.direction.setToolTip(taken)
@@ -334,7 +350,7 @@ def _usual(key: str) -> object:
     if key.startswith("surface."):
         value = getattr(SurfaceSettings(), key.removeprefix("surface."))
         return list(value) if isinstance(value, tuple) else value
-    return {"method": "ribbon", "neighbours": True}[key]
+    return {"method": "ribbon", "neighbours": True, "tangents": "unrolled"}[key]
 
 
 def _put(boxes: Sequence[QDoubleSpinBox], values: Sequence[float]) -> None:

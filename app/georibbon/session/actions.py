@@ -65,6 +65,7 @@ _OF_ALL = {
     "calibration": "the choice of the calibration",
     "method": "the method",
     "neighbours": "the neighbours' say",
+    "tangents": "the interpolation of the tangents",
     "surface.tolerance": "the surface's tolerance",
     "surface.thickness": "the surface's thickness",
     "surface.direction": "the surface's direction across",

@@ -2,9 +2,9 @@
 
 A value is what JSON can hold; null takes a setting back.  Of a pass, or "*" for
 all others: smoothing (metres), sensors_off (a list of names), trim (two
-lengths, metres), weight.  Of all together ("*" alone): method, neighbours, and
-surface.tolerance, surface.thickness, surface.direction and the other fields of
-`SurfaceSettings`.  Other keys are another program's, and kept as they are.
+lengths, metres), weight.  Of all together ("*" alone): method, neighbours,
+tangents, and surface.tolerance, surface.thickness, surface.direction and the
+other fields of `SurfaceSettings`.  Other keys are another program's, and kept as they are.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -22,7 +22,7 @@ SURFACE = "surface."
 CELLS = "surface.cells"
 BY_PASS = ("smoothing", "sensors_off", "trim", "weight")
 OF_SURFACE = tuple(SURFACE + field.name for field in fields(SurfaceSettings))
-KEYS = (*BY_PASS, "method", "neighbours", *OF_SURFACE)
+KEYS = (*BY_PASS, "method", "neighbours", "tangents", *OF_SURFACE)
 MOST_NAMES = 10_000
 LONGEST_WORD, LONGEST_LIST = 100, 100  # of the surface's settings and the method
 MOST_WHOLE = 2**53
@@ -141,8 +141,16 @@ def _sensors_off(value: object, whose: str) -> tuple[str, ...]:
 
 
 def _method(value: object, _whose: str) -> str:
+    return _word(value, "the method is")
+
+
+def _tangents(value: object, _whose: str) -> str:
+    return _word(value, "the tangents are")
+
+
+def _word(value: object, what: str) -> str:
     if not isinstance(value, str) or len(value) > LONGEST_WORD:
-        raise SettingsError(f"the method is {told(value)}; a word is expected")
+        raise SettingsError(f"{what} {told(value)}; a word is expected")
     return value
 
 
@@ -159,4 +167,5 @@ _READ: dict[str, Callable[[object, str], object]] = {
     "weight": _weight,
     "method": _method,
     "neighbours": _neighbours,
+    "tangents": _tangents,
 }
