@@ -492,6 +492,19 @@ def test_using_it_keeps_it_first(bench, nearly):
     assert len(Shelf(bench.folder).look()[0]) == 1
 
 
+def test_what_cannot_be_kept_is_not_used_though_an_earlier_one_is(bench, nearly, calibration):
+    bench.go_on(nearly)
+    bench.hands.pose(12)
+    bench.settle()
+    bench.click(bench.page.done.keep_button)
+    bench.page._found = calibration  # what comes of a pose that is taken again
+    bench.page.done.name.setText("a\tb")
+    with bench.qtbot.assertNotEmitted(bench.page.finished):
+        bench.click(bench.page.done.use_button)
+    assert "printable" in bench.page.done.told.text()
+    assert bench.hands.desk.active
+
+
 def test_what_has_changed_since_the_last_one_is_told(bench, nearly, calibration):
     bench.keep(altered(calibration, "A03", (0.0, 1.8, 0.0)))
     bench.go_on(nearly)

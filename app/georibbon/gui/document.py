@@ -185,6 +185,11 @@ class Document(QObject):
         return None if self._source is None else self._source.redoable
 
     @property
+    def is_behind(self) -> bool:
+        """Whether something has changed since what is told now was begun: a newer result follows."""
+        return self._waiting is not None
+
+    @property
     def failure(self) -> str | None:
         """Why what is open cannot be reconstructed as it is now; None where it can."""
         return self._failure

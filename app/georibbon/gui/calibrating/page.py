@@ -437,7 +437,7 @@ class CalibrationPage(QWidget):
             return
         poses = calibration.quality.poses
         self.done.quality.show_progress(poses, poses, True)
-        if self._kept is None or self._kept.calibration is not calibration:
+        if not self._is_kept(calibration):
             moment = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M")
             self.done.show_name(tr("{ribbon}, {moment}", ribbon=ribbon.id, moment=moment))
             self._show_change(calibration, ribbon)
@@ -480,11 +480,13 @@ class CalibrationPage(QWidget):
         calibration = self._found
         if calibration is None:
             return
-        if self._kept is None or self._kept.calibration is not calibration:
+        if not self._is_kept(calibration):
             self.keep(self.done.name.text())
-            if self._kept is None:
-                return
-        self._leave(calibration)
+        if self._is_kept(calibration):  # an earlier one may be, and this one not
+            self._leave(calibration)
+
+    def _is_kept(self, calibration: Calibration) -> bool:
+        return self._kept is not None and self._kept.calibration is calibration
 
     def _leave(self, calibration: Calibration) -> None:
         if self._ours:

@@ -289,7 +289,8 @@ class CaptureModel(QObject):
             del self._after[name]
 
     def _reconstructed(self, _result) -> None:
-        self._stale.clear()
+        if not self._parts.document.is_behind:  # else it knows nothing of what was laid since
+            self._stale.clear()
         if self._parts.capture.active:
             self._place()
 
