@@ -35,7 +35,7 @@ class Capture(QObject):
 
 
 @pytest.fixture
-def model(qapp, qtbot):
+def model():
     """The model of a capture in which P1 was just laid again."""
     parts = SimpleNamespace(document=Document(), capture=Capture())
     made = CaptureModel(parts)

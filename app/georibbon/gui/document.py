@@ -186,7 +186,7 @@ class Document(QObject):
 
     @property
     def is_behind(self) -> bool:
-        """Whether something has changed since what is told now was begun: a newer result follows."""
+        """Whether what is told now was begun before the last change: a newer result follows."""
         return self._waiting is not None
 
     @property
