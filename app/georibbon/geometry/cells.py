@@ -40,7 +40,7 @@ OUT_OF_REACH = 0.05  # m: a tie that far from a pass was not meant to cross it
 LEAST_WIDTH = 0.01  # m between ties
 NODES = 33
 SLOWEST, FASTEST = 0.2, 3.0  # of a tie's mean speed: it never turns back
-FADE = 1.0  # times the distance to the next tie
+FADE = 4.0  # times the distance to the next tie
 
 
 @dataclass(frozen=True, eq=False)
