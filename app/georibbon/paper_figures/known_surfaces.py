@@ -7,9 +7,13 @@ import numpy as np
 
 from georibbon.arrays import FloatArray
 from georibbon.geometry.arch import LENGTH, arch, arch_strips
+from georibbon.geometry.closed_geodesics import (
+    cone_distances,
+    cone_geodesic,
+    sphere_geodesic,
+)
 from georibbon.geometry.frames import Strip, cross, dot, unit
 from georibbon.geometry.frenet import curvature_vectors, curve_through
-from georibbon.geometry.geodesics import directions_at, geodesic
 from georibbon.geometry.reference import Cone, Ellipsoid, ReferenceSurface
 from georibbon.geometry.settings import LengthRule, SurfaceSettings
 from georibbon.geometry.spherical import interpolate_frames
@@ -31,7 +35,7 @@ NEAREST = 0.25  # m
 MANY_BOUNDED = 50.0  # percent of the lines
 COLOURS = "distance to the true surface, mm"
 PITCH, SITES = 0.03, 26
-SENSOR_ERROR = np.radians(0.25)
+SENSOR_ERROR = float(np.radians(0.25))
 
 
 @cache
@@ -98,7 +102,8 @@ def figure_8() -> Figure:
         "the power of -1; the curves of figures 9 and 10 are such geodesics.",
         "The power is meant, not the inverse function: with A = 1 / tan a the curve has no "
         "geodesic curvature but rounding's, with the other readings it is no geodesic of the "
-        "cone that it lies on. At 45° the last two are the same, so 45° proves nothing.",
+        "cone that it lies on: it bends sideways, as the arrows tell. At 45° the last two are the "
+        "same, so 45° proves nothing.",
         choices,
         main=("geodesic_curvature_max_per_m",),
         towards=(-0.9, -0.5, 0.5),
@@ -114,19 +119,22 @@ def _cone_curve(name: str, whose: Whose, half_angle: float, slope: float) -> Cho
     s = np.concatenate([[0.0], np.cumsum(steps)])
     tangents, bent = curvature_vectors(curve_through(s, points), s)
     normals = unit(np.stack([-np.cos(v) * slope, -np.sin(v) * slope, np.ones_like(v)], axis=1))
-    sideways = np.abs(dot(bent, cross(normals, tangents)))
-    numbers = {"geodesic_curvature_max_per_m": float(sideways[20:-20].max())}
+    aside = cross(normals, tangents)
+    sideways = dot(bent, aside)
+    numbers = {"geodesic_curvature_max_per_m": float(np.abs(sideways[20:-20]).max())}
     verdict = "a geodesic" if numbers["geodesic_curvature_max_per_m"] < 1e-2 else "no geodesic"
     settings = f"half angle 30°, A = {slope:.4f}"
-    return Choice(name, whose, settings, numbers, verdict, _cone_model(slope, points))
+    some = slice(20, -20, 30)
+    arrows = points[some], points[some] + 0.04 * sideways[some, None] * aside[some]
+    return Choice(name, whose, settings, numbers, verdict, _cone_model(slope, points, arrows))
 
 
-def _cone_model(slope: float, points: FloatArray) -> Model:
-    around, radii = np.linspace(1.35, -1.35, 61), np.linspace(0.02, 0.62, 31)
+def _cone_model(slope: float, points: FloatArray, arrows: tuple[FloatArray, FloatArray]) -> Model:
+    around, radii = np.linspace(1.35, -1.35, 61), np.linspace(0.02, 0.5, 31)
     v, r = np.meshgrid(around, radii, indexing="ij")
     grid = np.stack([-r * np.cos(v), -r * np.sin(v), -slope * r], axis=-1)
     normals = unit(np.stack([-np.cos(v) * slope, -np.sin(v) * slope, np.ones_like(v)], axis=-1))
-    return Model(grids=(grid,), normals=(normals,), curves=(Curve(points),))
+    return Model(grids=(grid,), normals=(normals,), curves=(Curve(points),), arrows=arrows)
 
 
 def cone_rows(shift: float, span: float = 2.0) -> tuple[Cone, list[Strip]]:
@@ -135,30 +143,23 @@ def cone_rows(shift: float, span: float = 2.0) -> tuple[Cone, list[Strip]]:
     Each spans an angle about the axis, radians; one is shifted about it against the other.
     """
     cone, strips = Cone(30.0), []
-    for distance, side in ((0.6, -0.5), (0.78, 0.5)):
+    for nearest, side in ((0.3, -0.5), (0.39, 0.5)):
         ends = np.array([-0.5, 0.5]) * span + side * shift
-        s = np.linspace(*(distance * np.tan(0.5 * ends)), 121)
-        strips.append(_through(cone, (0.0, distance), s))
+        first, last = cone_distances(cone, nearest, ends).tolist()
+        strips.append(cone_geodesic(cone, nearest, 0.0, np.linspace(first, last, 121)))
     return cone, strips
 
 
 def sphere_rows() -> tuple[Ellipsoid, list[Strip]]:
     """Two great circles of a sphere of 0.6 m, 0.155 m apart, shifted by 88 mm along themselves."""
-    sphere, half = Ellipsoid(), 0.5 * 0.155 / 0.6
-    return sphere, [
-        _through(sphere, (0.0, side * half), side * 0.044 + np.linspace(-0.36, 0.36, 121))
-        for side in (-1.0, 1.0)
-    ]
-
-
-def _through(surface: ReferenceSurface, uv: tuple[float, float], s: FloatArray) -> Strip:
-    """The geodesic along u through a place, at distances s (n,) from it."""
-    at = np.array([uv])
-    ahead = directions_at(surface, at, np.zeros(1))[0]
-    places = np.union1d(s, [0.0])
-    found = geodesic(surface, uv, tuple(ahead), places)
-    kept = np.isin(places, s)
-    return Strip(s - s[0], found.points[kept], found.frames[kept])
+    radius, ahead = 0.6, np.array([1.0, 0.0, 0.0])
+    strips = []
+    for side in (-1.0, 1.0):
+        angle = side * 0.5 * 0.155 / radius
+        place = radius * np.array([0.0, np.sin(angle), np.cos(angle)])
+        s = side * 0.044 + np.linspace(-0.36, 0.36, 121)
+        strips.append(sphere_geodesic(radius, place, ahead, s))
+    return Ellipsoid(radius, radius, radius), strips
 
 
 def figure_9() -> Figure:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from georibbon.geometry.arch import arch
-from georibbon.geometry.binormals import NormalRule
 from georibbon.geometry.correspondence import aligned
 from georibbon.geometry.frames import Strip, arc_angles, dot
 from georibbon.geometry.framing import FramingSettings, framed
@@ -90,8 +89,8 @@ def _choice(name: str, whose: Whose, framing: FramingSettings | None) -> Choice:
     numbers = normal_numbers(strips) | error_numbers(away) | shape_numbers(built)
     numbers["s_curve_tear_ratio"] = s_curve_tear(rule)
     verdict = verdict_of(numbers)
-    if numbers["s_curve_tear_ratio"] > TEAR_LIMIT:
-        verdict += ", torn at inflections"
+    if verdict == "whole" and numbers["s_curve_tear_ratio"] > TEAR_LIMIT:
+        verdict = "torn at inflections"
     return Choice(
         name,
         whose,
@@ -104,8 +103,7 @@ def _choice(name: str, whose: Whose, framing: FramingSettings | None) -> Choice:
 
 def _told(rule: FramingSettings) -> str:
     cut = "" if rule.normal_cut is None else f" {1e3 * rule.normal_cut:.0f} mm"
-    kind: NormalRule = rule.normals
-    return f"normals {kind}{cut}; {DEFAULT}"
+    return f"normals {rule.normals}{cut}; {DEFAULT}"
 
 
 def noisy_passes(rule: FramingSettings) -> list[Strip]:

@@ -14,8 +14,10 @@ from georibbon.paper_figures import Choice, Figure, Model, Plot
 from georibbon.scene.colours import round_range, signed_table
 
 DOTS_PER_INCH = 100
+SMALLEST = 1e-4  # of a logarithmic plot's highest value, that is shown
 ROUNDING = 1e-5  # what is less is told as such
 WIDTH = 1600  # pixels, where none are asked for
+LEAST_TEXT = 0.085  # inches
 PANEL = 0.66  # a panel's height over its width
 COLOURS_OF = {"paper": "#8a4b08", "georibbon": "#0b5c94", "other": "#50555c"}
 LINES = ("#0b5c94", "#c1440e", "#2e8b57", "#7b4fa3")
@@ -63,7 +65,7 @@ def picture_of(figure: Figure, width: int = WIDTH) -> bytes:
     columns = count if count <= 3 else (count + 1) // 2
     rows = -(-count // columns)
     inches = width / DOTS_PER_INCH
-    text = inches / 150.0  # inches of a line's unit, so that words grow with the picture
+    text = text_unit(inches)
     head, foot = 4.8 * text, (7.5 * text if figure.colours else 1.0 * text)
     below, above = 10.0 * text, 3.6 * text
     cell = inches / columns
@@ -94,6 +96,11 @@ def picture_of(figure: Figure, width: int = WIDTH) -> bytes:
         return _png(sheet)
 
 
+def text_unit(inches: float) -> float:
+    """What words are measured in, inches: they grow with the picture, but stay legible."""
+    return max(inches / 150.0, LEAST_TEXT)
+
+
 def _draw_panels(
     sheet: Sheet, panels: list[Axes], figure: Figure, inches: tuple[float, float]
 ) -> None:
@@ -111,7 +118,7 @@ def _draw_panels(
         panel.set_axis_off()
     if figure.colours:
         height = sheet.get_size_inches()[1]
-        text = sheet.get_size_inches()[0] / 150.0
+        text = text_unit(sheet.get_size_inches()[0])
         bar = sheet.add_axes((0.25, 4.6 * text / height, 0.5, 1.2 * text / height))
         shades = mpl.cm.ScalarMappable(
             colors.Normalize(0.0, top), colors.ListedColormap(signed_table(511)[255:] / 255.0)
@@ -135,19 +142,19 @@ def _range_of(models: list[Model]) -> tuple[float, float]:
 
 def _draw_plots(panels: list[Axes], figure: Figure) -> None:
     plots = [choice.drawing for choice in figure.choices if isinstance(choice.drawing, Plot)]
-    ends = [float(line.y.max()) for plot in plots for line in plot.lines]
-    starts = [float(line.y[line.y > 0.0].min()) for plot in plots for line in plot.lines]
-    for panel, plot in zip(panels, plots, strict=True):
+    highest = max(float(line.y.max()) for plot in plots for line in plot.lines)
+    for k, (panel, plot) in enumerate(zip(panels, plots, strict=True)):
         box = panel.get_position()
         panel.set_position((box.x0 + 0.05, box.y0 + 0.09, box.width - 0.06, box.height - 0.11))
         for colour, line in zip(LINES, plot.lines, strict=False):
             panel.plot(line.x, line.y, color=colour, label=line.name, linewidth=1.6)
         panel.grid(True)
-        panel.set(xlabel=plot.x, ylabel=plot.y)
+        panel.set(xlabel=plot.x, ylabel=plot.y if k == 0 else "")
         if plot.logarithmic:
             panel.set_yscale("log")
-            panel.set_ylim(0.5 * min(starts), 2.0 * max(ends))
-        panel.legend(frameon=False, loc="lower right")
+            panel.set_ylim(SMALLEST * highest, 2.0 * highest)
+            panel.yaxis.set_major_formatter("{x:g}")
+        panel.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.66))
 
 
 def _write_words(panel: Axes, choice: Choice, main: Sequence[str], scale: float) -> None:
