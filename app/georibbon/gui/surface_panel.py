@@ -107,6 +107,7 @@ TANGENTS: Choices = (
 THINNEST, THICKEST = 1e-4, 0.1  # metres
 FINEST, COARSEST = 1e-5, 0.01
 USUAL_THICKNESS = 0.002
+LEAST_TIES = 2  # to close a cell
 
 
 class SurfacePanel(QWidget):
@@ -125,6 +126,7 @@ class SurfacePanel(QWidget):
         self.angles = [self._angle() for _ in range(4)]
         self.factors = [self._factor() for _ in range(2)]
         self.neighbours = QCheckBox(tr("Neighbours &correct each other"))
+        self.cells = QCheckBox(tr("F&ollow ties where they close cells"))
         self.tolerance = LengthBox(self._units, FINEST, COARSEST, 1e-5)
         self.solid = QCheckBox(tr("Closed &solid"))
         self.thickness = LengthBox(self._units, THINNEST, THICKEST, 5e-4)
@@ -215,6 +217,7 @@ class SurfacePanel(QWidget):
         form.addRow(tr("Factors"), self._factors_row)
         form.addRow(tr("Across from &what"), self.correspondence)
         form.addRow(tr("Over &inner passes"), self.interior)
+        form.addRow("", self.cells)
         form.addRow(self.advice)
         form.addRow(tr("&Tolerance"), self.tolerance)
         form.addRow(self.solid, self.thickness)
@@ -244,6 +247,7 @@ class SurfacePanel(QWidget):
 
     def _connect(self) -> None:
         self.neighbours.clicked.connect(lambda on: self._chosen("neighbours", on))
+        self.cells.clicked.connect(lambda on: self._chosen("surface.cells", on))
         self.tolerance.edited.connect(lambda metres: self._chosen("surface.tolerance", metres))
         self.solid.clicked.connect(lambda _: self._thickened())
         self.thickness.edited.connect(lambda _: self._thickened())
@@ -306,9 +310,13 @@ class SurfacePanel(QWidget):
         if own:
             _put(self.factors, surface.lengths)
         self._show_what_counts(surface, own, method)
-        with QSignalBlocker(self.neighbours), QSignalBlocker(self.solid):
-            self.neighbours.setChecked(neighbours)
-            self.solid.setChecked(surface.thickness is not None)
+        for check, on in (
+            (self.neighbours, neighbours),
+            (self.cells, surface.cells),
+            (self.solid, surface.thickness is not None),
+        ):
+            with QSignalBlocker(check):
+                check.setChecked(on)
         self.tolerance.set_metres(surface.tolerance)
         self.thickness.set_metres(surface.thickness or USUAL_THICKNESS)
         chosen = any(key.startswith("surface.") for _, key in document.values)
@@ -329,11 +337,28 @@ class SurfacePanel(QWidget):
         self._factors_row.setEnabled(surface.uses_lengths)
         self.neighbours.setEnabled(method == "ribbon")
         self._form.setRowVisible(self.tangents, method == "paper")
+        self._show_cells(surface)
         taken = tr("Chosen by another setting: lines over inner passes, or the lengths")
         if not surface.uses_direction:
             self.direction.setToolTip(taken)
         if not surface.uses_lengths:
             self.lengths.setToolTip(taken)
+
+    def _show_cells(self, surface: SurfaceSettings) -> None:
+        """Cells can be asked for where there are ties to close them, and taken back anywhere."""
+        ties = sum(one.kind == "tie" for one in self._document.passes)
+        able = ties >= LEAST_TIES and surface.uses_cells
+        self.cells.setEnabled(able or surface.cells)
+        if ties < LEAST_TIES:
+            what = tr("Two ties at least, laid across the passes, close cells with them")
+        elif not surface.uses_cells:
+            what = tr("Only where the surface over inner passes is smooth (G1)")
+        else:
+            what = tr(
+                "Coons patches: between two ties the surface runs through the ties too, with the "
+                "normals measured there"
+            )
+        self.cells.setToolTip(what)
 
     def _done(self) -> None:
         self._asked = False
