@@ -30,6 +30,7 @@ from georibbon.geometry.patch import (
     PatchGrid,
     PatchSet,
     basis,
+    lifted,
     natural_parameters,
     patch_grid,
     patches_at,
@@ -135,7 +136,9 @@ def target_of(model: PatchSet) -> Target:
 
     def grid(u: FloatArray, t: FloatArray) -> PatchGrid:
         patches = patches_at(model, u)
-        return run_through(patches, paces(patches, widths, smooth), t)
+        if smooth.any():
+            return run_through(patches, paces(patches, widths, smooth), t)
+        return run_evenly(patches, t)
 
     return Target(natural, widths, smooth, grid)
 
@@ -146,7 +149,12 @@ def end_slopes(patches: Patches) -> tuple[FloatArray, FloatArray]:
 
 
 def running_on(patches: Patches, widths: FloatArray) -> BoolArray:
-    """(p-2,) at which inner passes all lines run on without a corner, at about one speed."""
+    """(p-2,) at which inner passes all lines run on without a corner, at about one speed.
+
+    Nowhere, where ties steer the lines.
+    """
+    if patches.cells is not None:
+        return np.zeros(len(widths) - 1, dtype=np.bool_)
     leave, arrive = (slope / widths[:, None, None] for slope in end_slopes(patches))
     before, after = arrive[:-1], leave[1:]
     angle = np.arctan2(_size(cross(before, after)), dot(before, after))
@@ -166,6 +174,18 @@ def paces(patches: Patches, widths: FloatArray, smooth: BoolArray) -> FloatArray
     return pace
 
 
+def run_evenly(patches: Patches, t: FloatArray) -> PatchGrid:
+    """All patches at v = t (m,), with what ties add to them."""
+    normals = patches.rails.frames[..., 2]
+    ends = normals[:-1], normals[1:]
+    grid = patch_grid(patches.control, patches.slope, ends, t)
+    for i in range(len(grid.points)):
+        one = PatchGrid(grid.points[i], grid.along[i], grid.across[i], grid.reference[i])
+        more = lifted(one, patches, i, t)
+        grid.points[i], grid.along[i], grid.across[i] = more.points, more.along, more.across
+    return grid
+
+
 def run_through(patches: Patches, pace: FloatArray, t: FloatArray) -> PatchGrid:
     """The patches at v(t), the cubic from 0 to 1 that has the paces (p-1, k, 2) at its ends.
 
@@ -174,9 +194,6 @@ def run_through(patches: Patches, pace: FloatArray, t: FloatArray) -> PatchGrid:
     start, end = pace[..., :1], pace[..., 1:]
     v = ((start + end - 2.0) * t + 3.0 - 2.0 * start - end) * t * t + start * t
     rate = (3.0 * (start + end - 2.0) * t + 2.0 * (3.0 - 2.0 * start - end)) * t + start
-    if np.ptp(v, axis=(0, 1)).max() == 0.0:
-        normals = patches.rails.frames[..., 2]
-        return patch_grid(patches.control, patches.slope, (normals[:-1], normals[1:]), t)
     count = patches.control.shape[-2]
     flat = v.ravel()
     values, slopes = (basis(flat, nu, count).reshape(*v.shape, count) for nu in (0, 1))
