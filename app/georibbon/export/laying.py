@@ -133,8 +133,8 @@ def _notices(curve: LaidCurve) -> list[Notice]:
     places = ", ".join(f"{1e3 * a:.0f} to {1e3 * b:.0f} mm" for a, b in stretches[:3])
     more = f" and {len(stretches) - 3} more" if len(stretches) > 3 else ""
     message = (
-        f"the curve is too straight to tell its normals over {places}{more}; they turn evenly "
-        "there, which may be wrong: give measured normals (nx, ny, nz)"
+        f"the curve is too straight to tell its normals over {places}{more}; they turn "
+        "smoothly there, which may be wrong: give measured normals (nx, ny, nz)"
     )
     return [Notice("normals-unsure", message, curve.name)]
 

@@ -102,7 +102,8 @@ def doubled_angle(bend: Bend, cut: float) -> FloatArray:
     is the same on both sides of an inflection.  z / |z| is smoothed with the
     weights |z| and halved; then Gauss and Newton's steps towards no geodesic
     curvature kg = sin(phi) k1 - cos(phi) k2, whose rate is kn = cos(phi) k1 +
-    sin(phi) k2, with the weights kn².  Over a straight stretch phi turns evenly.
+    sin(phi) k2, with the weights kn².  Over a straight stretch phi turns
+    as smoothly as it can, beyond the last bend evenly.
     """
     square = (bend.along + 1j * bend.across) ** 2
     size = np.abs(square)
