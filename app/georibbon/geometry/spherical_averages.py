@@ -18,8 +18,9 @@ from georibbon.errors import FitError
 from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.spherical import check_directions, held_near, wrapped
 
-MOST_STEPS, MOST_ROUNDS = 30, 100
-SETTLED = 1e-13  # radians
+MOST_STEPS, MOST_ROUNDS = 30, 400
+SETTLED = 2e-13  # radians
+LEAST_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,20 +66,24 @@ class AverageSpline:
         """(n, 3) the directions whose averages at s are the tangents.
 
         Each round corrects them by what a plane's spline would need to make up
-        for what is missed.
+        for what is missed; by half of it wherever that brings them no nearer.
         """
         first, weights = self._basis(self.s)
         run = _run(first, weights)
         matrix = np.zeros((len(self.s), len(self.s)))
         np.put_along_axis(matrix, run, weights, axis=1)
         inverse = np.linalg.inv(matrix)
-        controls = unit(inverse @ self.tangents)
+        controls, share, before = unit(inverse @ self.tangents), 1.0, np.inf
         for _ in range(MOST_ROUNDS):
-            missed = inverse @ (self.tangents - weighted_average(controls[run], weights))
-            missed -= dot(missed, controls)[:, None] * controls
-            controls = wrapped(controls, missed)
-            if np.abs(missed).max() <= SETTLED:
+            gap = self.tangents - weighted_average(controls[run], weights)
+            away = float(np.abs(gap).max())
+            if away <= SETTLED:
                 return controls
+            if away > before:
+                share = max(share / 2.0, LEAST_SHARE)
+            before, missed = away, inverse @ gap
+            missed -= dot(missed, controls)[:, None] * controls
+            controls = wrapped(controls, share * missed)
         raise FitError(_TURNS)
 
 
