@@ -217,7 +217,7 @@ PROGRAMS = (
     ),
     Program(
         "OpenCASCADE, plate with tangent planes", "cadquery-ocp-novtk", True, plate_lay,
-        plate_sample, variants=({"tangent": True},),
+        plate_sample, variants=({"tangent": True, "order": 2}, {"tangent": True, "order": 3}),
     ),
     Program("geomdl, interpolation", "geomdl", False, geomdl_lay, geomdl_sample),
     Program("SciPy, grid spline", "scipy", False, spline_lay, spline_sample),
