@@ -13,6 +13,7 @@ from georibbon.errors import SurfaceError
 from georibbon.geometry.alignment import Motion
 from georibbon.geometry.correspondence import arrange
 from georibbon.geometry.frames import Strip
+from georibbon.geometry.mesh import grid_mesh
 from georibbon.geometry.nearest import TriangleLocator
 from georibbon.geometry.one_spline import (
     OneSpline,
@@ -263,3 +264,19 @@ def test_where_normals_turn_more_than_is_allowed_spans_are_halved() -> None:
     loose, strict = (approximated(waves(), 1e-2, turn, 10_000) for turn in (1.0, 1e-3))
     assert strict.count[0] > loose.count[0]
     assert strict.turn <= 1e-3
+
+
+def test_it_runs_through_the_ties_where_the_surface_does() -> None:
+    strips = passes(Bonnet(), [(0.0, -0.25), (0.0, 0.05), (0.0, 0.3)], length=0.6)
+    ties = passes(Bonnet(), [(-0.1, 0.0), (0.2, 0.0)], [np.pi / 2] * 2, length=0.8)
+    named = list(zip("xy", ties, strict=True))
+    inner, away = ties[0].points[35:62], []
+    for cells in (False, True):
+        surface = build_surface(strips, "abc", SurfaceSettings(cells=cells), ties=named)
+        spline = one_spline(model_of(surface), 2e-5)
+        u = np.linspace(*spline.knots[0][[0, -1]], 200)
+        points = spline(u, np.linspace(0.0, spline.seams[-1], 150))
+        mesh = grid_mesh(points, np.zeros_like(points), None)
+        away.append(TriangleLocator(mesh.vertices, mesh.triangles).nearest(inner).distance.max())
+    assert away[0] > 4e-5
+    assert away[1] < 1e-5
