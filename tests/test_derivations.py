@@ -98,7 +98,11 @@ def test_no_formula_means_something_else_in_markdown(chapter):
 @pytest.mark.parametrize("chapter", CHAPTERS)
 def test_dollars_come_in_pairs(chapter):
     text = without_code(source(chapter))
-    assert "$" not in INLINE.sub("", DISPLAY.sub("", text))
+    text = DISPLAY.sub("", text)
+    assert "$" not in INLINE.sub("", text)
+    for match in INLINE.finditer(text):
+        around = text[match.start() - 1 : match.start()] + text[match.end() : match.end() + 1]
+        assert not re.search(r"\w", around), f"no formula begins or ends within a word: {match[0]}"
 
 
 def defined(module):
