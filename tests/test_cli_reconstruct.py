@@ -186,6 +186,8 @@ def test_settings_by_default(small_capture, settings_asked):
         (["--lengths=criterion2"], "surface.lengths", "criterion2"),
         (["--correspondence=fraction"], "surface.correspondence", "fraction"),
         (["--interior=g2"], "surface.interior", "g2"),
+        (["--cells"], "surface.cells", True),
+        (["--no-cells"], "surface.cells", False),
     ],
 )
 def test_each_option_reaches_its_setting(small_capture, settings_asked, words, name, value):

@@ -54,6 +54,16 @@ def test_settings_compare_and_hash_by_value_also_when_given_as_lists() -> None:
     assert listed.lengths == (1.0, 2.0)
 
 
+@pytest.mark.parametrize("cells", [1, 0, "true", None, (True,)])
+def test_cells_are_asked_for_or_not(cells: object) -> None:
+    assert not SurfaceSettings().cells
+    assert SurfaceSettings(cells=True).cells
+    with pytest.raises(SettingsError, match=r"cells is .*it must be true or false"):
+        SurfaceSettings(cells=cells)
+    for interior in INTERIORS:
+        assert SurfaceSettings(cells=True, interior=interior).uses_cells == (interior == "g1")
+
+
 @pytest.mark.parametrize("lengths", [(1.0,), (1.0, 0.0), (1.0, 11.0), (1.0, float("nan")), 3, None])
 def test_lengths_that_mean_nothing_are_refused(lengths: object) -> None:
     with pytest.raises(

@@ -12,7 +12,9 @@ from georibbon.gui.document import Document
 from georibbon.gui.surface_panel import OWN, SurfacePanel
 from georibbon.gui.units import Units
 from georibbon.reconstruction import METHODS
+from georibbon.session.file import create_session
 from georibbon.session.source import load
+from georibbon.simulation import LayoutSettings, RibbonSettings, SimulationSettings, simulate
 
 
 def wait_for_result(panel, qtbot, act):
@@ -35,6 +37,21 @@ def panel(qapp, qtbot, session):
     document.end()
     document.deleteLater()
     units.deleteLater()
+
+
+@pytest.fixture
+def tied(tmp_path):
+    """A session file of a small capture with ties: 3 passes, 2 ties."""
+    settings = SimulationSettings(
+        surface="dome",
+        seed=3,
+        ribbon=RibbonSettings(sensors=16, length=0.6),
+        frames=40,
+        layout=LayoutSettings(passes=3, ties=2),
+    )
+    path = tmp_path / "tied.georibbon"
+    create_session(path, simulate(settings).recording)
+    return path
 
 
 def choose(box, qtbot, word):
@@ -166,6 +183,28 @@ def test_neighbours_are_asked_or_not(panel, qtbot, session):
     assert load(session).values == {}
 
 
+def test_cells_need_ties(panel):
+    assert not panel.cells.isEnabled()
+    assert "ties" in panel.cells.toolTip()
+
+
+def test_cells_are_asked_for_kept_and_undone_where_there_are_ties(panel, qtbot, tied):
+    wait_for_result(panel, qtbot, lambda: panel._document.open(tied))
+    assert panel.cells.isEnabled()
+    result = wait_for_result(panel, qtbot, panel.cells.click)
+    found = [one for one in result.surface.checks if one.code == "cells"]
+    assert [one.value for one in found] == [1.0, 1.0]
+    assert load(tied).values == {("*", "surface.cells"): True}
+    assert panel._document.undoable == "the surface's cells between passes and ties"
+    wait_for_result(panel, qtbot, lambda: choose(panel.interior, qtbot, "c1-lines"))
+    assert panel.cells.isEnabled()  # to be taken back
+    assert "G1" in panel.cells.toolTip()
+    wait_for_result(panel, qtbot, panel._document.undo)
+    result = wait_for_result(panel, qtbot, panel._document.undo)
+    assert not panel.cells.isChecked()
+    assert not [one for one in result.surface.checks if one.code == "cells"]
+
+
 def test_the_surface_is_reset_and_nothing_else(panel, qtbot):
     document = panel._document
     assert not panel.reset.isEnabled()
@@ -194,10 +233,11 @@ def test_every_choice_has_a_name_and_a_tip(panel):
     assert panel.tolerance in labelled
     for box in (*panel.angles, *panel.factors, panel.thickness):
         assert box.accessibleName()
-    for button in (panel.solid, panel.neighbours, panel.reset):
+    for button in (panel.solid, panel.neighbours, panel.cells, panel.reset):
         assert "&" in button.text()
     for box in (panel.tolerance, panel.thickness, panel.solid, panel.neighbours, panel.reset):
         assert box.toolTip()
+    assert panel.cells.toolTip()
 
 
 def test_where_lines_may_fold_the_way_out_is_told(panel, qtbot):

@@ -33,6 +33,7 @@ SOUND = [
     ("*", "surface.direction", "chord", {"surface": SurfaceSettings(direction="chord")}),
     ("*", "surface.lengths", [1, 1.5], {"surface": SurfaceSettings(lengths=(1.0, 1.5))}),
     ("*", "surface.thickness", 0.002, {"surface": SurfaceSettings(thickness=0.002)}),
+    ("*", "surface.cells", True, {"surface": SurfaceSettings(cells=True)}),
     (
         "*",
         "surface.angles",
@@ -83,6 +84,9 @@ def test_every_key_is_known_and_named():
         ("*", "neighbours", 1, "true or false"),
         ("*", "surface.direction", "sideways", "sideways"),
         ("*", "surface.tolerance", True, "true is found"),
+        ("*", "surface.cells", "yes", "must be true or false"),
+        ("*", "surface.cells", 1, "must be true or false"),
+        ("*", "surface.cells", {}, "a table is found"),
         ("*", "surface.tolerance", "fine", "fine"),
         ("*", "surface.tolerance", 10**400, "a number or a list is expected"),
         ("*", "surface.angles", [1, 2, 3, 10**400], "a number or a list is expected"),
