@@ -25,7 +25,7 @@ help:
 	@echo "make benchmarks  figures of accuracy and speed; results in build/benchmarks"
 	@echo "make peers       the same curves for Georibbon and for other programs, in .venv-peers"
 	@echo "make translations  take up the program's texts into resources/translations, and tell what lacks a translation"
-	@echo "make pictures    the manual's and the README's pictures anew, from the window itself"
+	@echo "make pictures    the manual's and the README's pictures anew, from the window itself, and the paper's figures"
 	@echo "make lock        write packaging/*.lock anew (ARGS=--upgrade for newer releases)"
 	@echo "make clean       remove build/ and caches (.venv and .venv-peers stay)"
 
@@ -79,6 +79,7 @@ translations: $(TEST)
 
 pictures: $(TEST)
 	@$(SCREEN) $(BIN)/python packaging/gallery/pictures.py
+	@$(BIN)/python packaging/paper
 
 lock: $(TEST)
 	@sh packaging/lock.sh $(ARGS)

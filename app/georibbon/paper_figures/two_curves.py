@@ -83,7 +83,7 @@ def figure_3() -> Figure:
         "leave their planes; the lines across leave along the binormals.",
         "A patch between two curves that are not plane, with starting and arrival vectors along "
         "their binormals, so that both curves are geodesics of it.",
-        "All are whole, and square enough nowhere to come near a fold.",
+        "All are whole; none comes near a fold.",
         tuple(choices),
         main=("tear_ratio", "sine_least", "line_length"),
     )

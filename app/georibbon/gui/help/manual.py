@@ -15,7 +15,7 @@ from georibbon.resources import resource
 
 TOPICS = (
     "start", "connect", "calibrate", "capture", "survey", "smoothing", "review", "export",
-    "command-line", "troubleshooting", "glossary", "keyboard",
+    "command-line", "troubleshooting", "paper", "glossary", "keyboard",
 )  # fmt: skip
 KEYBOARD = "keyboard"
 _HEADING = re.compile(r"^(#{1,3}) +(.+?) *#*$", re.MULTILINE)
