@@ -45,7 +45,7 @@ ROUNDS = 24
 SHARE = 0.5  # of what is allowed, for either direction by itself
 MARGIN = 1.1  # of the claim over the largest deviation that was found between the places looked at
 INSIDE = np.array([0.15, 0.325, 0.5, 0.675, 0.85])  # of a span or piece, where it is looked at
-AT_ONCE = 512  # parameters along
+AT_ONCE = 200_000  # points
 MOST_NATURAL = 2000
 SLOWEST = 0.3  # of a line's speed in its parameter, at a pass
 CORNER = 1e-6  # radians
@@ -92,12 +92,6 @@ class OneSpline:
         """How many control points it has along and across."""
         return self.control.shape[0], self.control.shape[1]
 
-    def across(self, i: int, t: FloatArray) -> FloatArray:
-        """w (m,) at the parts t (m,) of piece i, at its end just before its seam."""
-        first, last = self.seams[i], self.seams[i + 1]
-        w = (1.0 - t) * first + t * last
-        return np.where(w >= last, np.nextafter(last, first), w)
-
     def __call__(self, u: FloatArray, w: FloatArray, nu: int = 0, nw: int = 0) -> FloatArray:
         """(k, m, 3) its points on the grid of u (k,) and w (m,), or derivatives of order nu, nw.
 
@@ -107,6 +101,17 @@ class OneSpline:
         across = BSpline(self.knots[1], np.swapaxes(along, 0, 1), DEGREE)(w, nu=nw)
         points: FloatArray = np.swapaxes(across, 0, 1)
         return points
+
+    def on_pieces(self, u: FloatArray, t: FloatArray, nu: int = 0, nw: int = 0) -> FloatArray:
+        """(q, k, m, 3) the same at the parts t (m,) of every piece between seams, u (k,).
+
+        At a piece's end derivatives by w are those before it.
+        """
+        first, last = self.seams[:-1, None], self.seams[1:, None]
+        w = (1.0 - t) * first + t * last
+        w = np.where(w >= last, np.nextafter(last, first), w)
+        found = self(u, w.ravel(), nu, nw).reshape(len(u), *w.shape, 3)
+        return np.swapaxes(found, 0, 1)
 
 
 def one_spline(
@@ -301,13 +306,13 @@ def worst_pieces(
     worst = np.zeros((2, len(counts)))
     for count in np.unique(counts):
         t = ((np.arange(count)[:, None] + INSIDE) / count).ravel()
-        for part in parts_of(nodes):
-            grid = target.grid(nodes[part], t)
-            for i in np.flatnonzero(counts == count).tolist():
-                w = spline.across(i, t)
-                gap = _size(spline(nodes[part], w) - grid.points[i]).max()
-                tilt = tilted(spline(nodes[part], w, nw=1), grid, i).max()
-                worst[:, i] = np.maximum(worst[:, i], [gap, tilt])
+        here = counts == count
+        for part in parts_of(nodes, len(counts) * len(t)):
+            grid, u = target.grid(nodes[part], t), nodes[part]
+            gaps = _size(spline.on_pieces(u, t) - grid.points)
+            tilts = tilted(spline.on_pieces(u, t, nw=1), grid)
+            found = np.stack([gaps, tilts]).max(axis=(2, 3))
+            worst[:, here] = np.maximum(worst, found)[:, here]
     return worst
 
 
@@ -329,38 +334,35 @@ def looked_at(target: Target, nodes: FloatArray) -> FloatArray:
     return np.union1d(spans.ravel(), middles[::every])
 
 
-def parts_of(u: FloatArray) -> Iterator[slice]:
-    """Parts of u that fit the memory."""
-    return (slice(start, start + AT_ONCE) for start in range(0, len(u), AT_ONCE))
+def parts_of(u: FloatArray, width: int) -> Iterator[slice]:
+    """Parts of u that fit the memory, where each has so many points across."""
+    step = max(AT_ONCE // width, 1)
+    return (slice(start, start + step) for start in range(0, len(u), step))
 
 
 def compared(
     target: Target, spline: OneSpline, u: FloatArray, t: FloatArray
 ) -> Iterator[tuple[slice, tuple[FloatArray, FloatArray]]]:
     """By parts of u: which, and the distances (metres) and turns (radians), each (q, k, m)."""
-    for part in parts_of(u):
-        grid = target.grid(u[part], t)
-        gaps, turns = [], []
-        for i in range(len(target.widths)):
-            w = spline.across(i, t)
-            gaps.append(_size(spline(u[part], w) - grid.points[i]))
-            normals = cross(spline(u[part], w, nu=1), spline(u[part], w, nw=1))
-            turns.append(turned(normals, grid, i))
-        yield part, (np.stack(gaps), np.stack(turns))
+    for part in parts_of(u, len(target.widths) * len(t)):
+        grid, at = target.grid(u[part], t), u[part]
+        gaps = _size(spline.on_pieces(at, t) - grid.points)
+        normals = cross(spline.on_pieces(at, t, nu=1), spline.on_pieces(at, t, nw=1))
+        yield part, (gaps, turned(normals, grid))
 
 
-def tilted(slopes: FloatArray, grid: PatchGrid, i: int) -> FloatArray:
-    """(k, m) radians of slopes (k, m, 3) out of the tangent planes of piece i, 0 where none is."""
-    own = cross(grid.along[i], grid.across[i])
+def tilted(slopes: FloatArray, grid: PatchGrid) -> FloatArray:
+    """(q, k, m) radians of slopes (q, k, m, 3) out of the tangent planes, 0 where there is none."""
+    own = cross(grid.along, grid.across)
     angle = np.arctan2(np.abs(dot(slopes, own)), _size(cross(slopes, own)))
-    return np.where(grid.turn[i] > FOLDED, angle, 0.0)
+    return np.where(grid.turn > FOLDED, angle, 0.0)
 
 
-def turned(normals: FloatArray, grid: PatchGrid, i: int) -> FloatArray:
-    """(k, m) radians between normals (k, m, 3) and those of piece i, 0 where it has none."""
-    own = cross(grid.along[i], grid.across[i])
+def turned(normals: FloatArray, grid: PatchGrid) -> FloatArray:
+    """(q, k, m) radians between normals (q, k, m, 3) and the target's, 0 where it has none."""
+    own = cross(grid.along, grid.across)
     angle = np.arctan2(_size(cross(normals, own)), dot(normals, own))
-    return np.where(grid.turn[i] > FOLDED, angle, 0.0)
+    return np.where(grid.turn > FOLDED, angle, 0.0)
 
 
 def _size(vectors: FloatArray) -> FloatArray:
