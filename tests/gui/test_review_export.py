@@ -1,5 +1,7 @@
 """The export dialog: what will be written is seen, and is what is written."""
 
+import importlib.util
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox
@@ -7,7 +9,7 @@ from PySide6.QtWidgets import QDialogButtonBox
 from georibbon.errors import GeoribbonError
 from georibbon.export import choice as choices
 from georibbon.gui import dialogs
-from georibbon.gui.review.export_dialog import FORMATS, KINDS, ExportDialog
+from georibbon.gui.review.export_dialog import FORMATS, KINDS, SPLINES, ExportDialog
 from georibbon.gui.review.worker import Worker
 from georibbon.session.folder import read_recording
 from georibbon.session.session import Session
@@ -69,6 +71,55 @@ def test_a_solid_is_closed_in_the_picture_and_in_the_file(opened, qtbot, tmp_pat
     assert path == tmp_path / "dome.ply"
     assert b"unit: in" in path.read_bytes()[:300]
     assert dialog.chosen.settings.thickness == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize(("ending", "begin"), [(".step", b"ISO-10303-21;"), (".iges", b" " * 70)])
+def test_a_spline_for_cad_programs_is_written_and_told(opened, qtbot, tmp_path, ending, begin):
+    dialog = shown(opened, qtbot)
+    qtbot.mouseClick(dialog.solid, Qt.MouseButton.LeftButton)
+    assert dialog.thickness.isEnabled()
+    chosen(dialog.format, ending, qtbot)
+    assert not dialog.solid.isEnabled()
+    assert not dialog.thickness.isEnabled()
+    assert dialog.chosen.settings.thickness is None
+    seen(dialog, qtbot, "an open skin")
+    path = write(dialog, qtbot)
+    assert path == tmp_path / f"dome{ending}"
+    assert path.read_bytes().startswith(begin)
+    assert "control points, read back" in dialog.told.text()
+    assert "one spline within 0.0" in dialog.told.text()
+    chosen(dialog.format, ".stl", qtbot)
+    assert dialog.thickness.isEnabled()  # the solid is still asked for
+    assert dialog.chosen.settings.thickness == pytest.approx(2e-3)
+
+
+def test_the_shorter_endings_are_of_the_same_formats(opened, qtbot, tmp_path, monkeypatch):
+    dialog = shown(opened, qtbot)
+    for name, ending in (("a.stp", ".step"), ("b.igs", ".iges")):
+        monkeypatch.setattr(dialogs, "ask_target", lambda *_, name=name: tmp_path / name)
+        qtbot.mouseClick(dialog.browse, Qt.MouseButton.LeftButton)
+        assert dialog.format.currentData() == ending
+        assert dialog.chosen.path == tmp_path / name
+        assert not dialog.solid.isEnabled()
+
+
+def test_without_the_kernel_its_formats_cannot_be_chosen_and_tell_why(
+    opened, qtbot, tmp_path, monkeypatch
+):
+    real = importlib.util.find_spec
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name, *more: None if name == "OCP" else real(name, *more)
+    )
+    dialog = shown(opened, qtbot)
+    for ending in SPLINES:
+        at = dialog.format.findData(ending)
+        assert not dialog.format.model().item(at).isEnabled()
+        reason = dialog.format.itemData(at, Qt.ItemDataRole.ToolTipRole)
+        assert "need the CAD kernel, which is not installed: run" in reason
+    dialog.place.setText(str(tmp_path / "typed.step"))
+    qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: "need the CAD kernel" in dialog.told.text(), timeout=20_000)
+    assert list(tmp_path.glob("*.step")) == []
 
 
 def test_another_tolerance_is_drawn_anew(opened, qtbot):

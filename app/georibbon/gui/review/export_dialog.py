@@ -309,12 +309,12 @@ class ExportDialog(QDialog):
         kind = self.kind.currentData()
         found = self.ask_place(self, Path(self.place.text()), tr(TITLES[kind]), kind)
         if found is not None:
-            self.place.setText(str(found))
-            self._name()
             ending = found.suffix.lower()
             at = self.format.findData(SHORTER.get(ending, ending))
             if at >= 0:
                 self.format.setCurrentIndex(at)
+            self.place.setText(str(found))
+            self._name()
 
     def _look(self) -> None:
         """Tell before it is written whether something is replaced by it."""
