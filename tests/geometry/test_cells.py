@@ -259,7 +259,11 @@ def test_ties_that_cannot_be_taken_up_are_left_out_with_the_reason():
     (_, one), (_, two), (_, three) = ties
     oblique = passes(TORUS, [(0.0, 0.9)], [0.45], length=0.6, count=61)[0]
     leaning = Strip(two.s, two.points, exp(np.radians(20.0) * two.tangents) @ two.frames)
+    places = [meeting(edge_of(two), edge_of(strip)).places[0] for strip in laid()[0]]
+    half = np.clip((two.s - places[0]) / (places[1] - places[0]), 0.0, 1.0)[:, None]
+    over = Strip(two.s, two.points, exp(np.pi * half * two.tangents) @ two.frames)
     for spoils, told in (
+        (over, "T2 turns over between P"),
         (shifted(two, 0.008), "T2 misses P"),
         (leaning, "T2 sees normals 20° from those of P"),
         (oblique, "T2 crosses P1 at 21°"),

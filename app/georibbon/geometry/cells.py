@@ -139,6 +139,9 @@ def spans_between(
     for k, (edge, of) in enumerate(zip(edges, met, strict=True)):
         start, end = of[i], of[i + 1]
         if isinstance(start, Crossing) and isinstance(end, Crossing):
+            if start.met.corner.side != end.met.corner.side:
+                reasons.append(f"{tie_names[k]} turns over between {pair[0]} and {pair[1]}")
+                continue
             spans.append(Span(k, edge, start, end))
             continue
         near = [

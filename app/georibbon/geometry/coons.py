@@ -108,7 +108,9 @@ class CoonsPatch:
         def summed(
             over_v: FloatArray, r: FloatArray, over_u: FloatArray, c: FloatArray
         ) -> FloatArray:
-            return np.einsum("mi,ikx->kmx", over_v, r) + np.einsum("ki,imx->kmx", over_u, c)
+            total: FloatArray = np.einsum("mi,ikx->kmx", over_v, r)
+            total += np.einsum("ki,imx->kmx", over_u, c)
+            return total
 
         points = summed(hv, rows, hu, columns) - both
         along = summed(hv, row_rates, du, columns) - both_u
@@ -152,38 +154,34 @@ def coons_patch(bottom: Strip, top: Strip, left: Strip, right: Strip) -> CoonsPa
     Raises SurfaceError where curves or normals disagree at a corner, or where
     two curves run along each other there.
     """
-    along = [edge_of(strip) for strip in (bottom, top)]
-    across = [edge_of(strip) for strip in (left, right)]
+    along = edge_of(bottom), edge_of(top)
+    across = edge_of(left), edge_of(right)
     ends = [[(at_share(along[b], a), at_share(across[a], b)) for b in (0, 1)] for a in (0, 1)]
     for a, b in CORNERS:
         check_corner(*ends[a][b], f"u = {a}, v = {b}")
-    leave = np.array(
-        [
-            [(along[b].length * ends[a][b][0].slopes[0], across[a].length * ends[a][b][1].slopes[0])
-             for b in (0, 1)]
-            for a in (0, 1)
-        ]
-    )  # fmt: skip
-    plain_along = [plain_field(along[b], leave[:, b, 1]) for b in (0, 1)]
-    plain_across = [plain_field(across[a], leave[a, :, 0]) for a in (0, 1)]
-    share = np.array([0.0, 1.0])
-    first = np.stack([field.at(share)[3] for field in plain_along], axis=1)
-    second = np.stack([field.at(share)[3] for field in plain_across])
-    free = 0.5 * (first + second)
-    fields = (
-        tuple(twisted(plain_along[b], free[:, b]) for b in (0, 1)),
-        tuple(twisted(plain_across[a], free[a]) for a in (0, 1)),
-    )
-    twists = np.stack(
-        [
-            np.stack([field.at(share)[3] for field in fields[0]], axis=1),
-            np.stack([field.at(share)[3] for field in fields[1]]),
-        ]
-    )
+    leave = np.empty((2, 2, 2, 3))
+    for a, b in CORNERS:
+        one, other = ends[a][b]
+        leave[a, b] = along[b].length * one.slopes[0], across[a].length * other.slopes[0]
+    plain = [plain_field(along[b], leave[:, b, 1]) for b in (0, 1)]
+    plain += [plain_field(across[a], leave[a, :, 0]) for a in (0, 1)]
+    free = twists_of(plain).mean(axis=0)
+    wanted = free[:, 0], free[:, 1], free[0], free[1]
+    fields = [twisted(field, twist) for field, twist in zip(plain, wanted, strict=True)]
     corners = np.array([[ends[a][b][0].points[0] for b in (0, 1)] for a in (0, 1)])
     upright = cross(leave[0, 0, 0], leave[0, 0, 1]) @ ends[0][0][0].normals[0]
     side = 1.0 if upright > 0.0 else -1.0
-    return CoonsPatch(fields[0], fields[1], corners, leave, twists, side)
+    low, high, first, last = fields
+    return CoonsPatch((low, high), (first, last), corners, leave, twists_of(fields), side)
+
+
+def twists_of(fields: Sequence[Field]) -> FloatArray:
+    """(2, 2, 2, 3) F_uv at the corners (u, v), as bottom and top demand it, and as left and right.
+
+    fields: of bottom, top, left, right.
+    """
+    bottom, top, left, right = (field.at(np.array([0.0, 1.0]))[3] for field in fields)
+    return np.stack([np.stack([bottom, top], axis=1), np.stack([left, right])])
 
 
 def at_share(edge: Edge, share: float) -> Along:
@@ -201,7 +199,7 @@ def check_corner(one: Along, other: Along, where: str) -> None:
             f"the curves at the corner {where} lie {1e3 * apart:.4f} mm apart, "
             f"{1e3 * CORNER_LIMIT:g} mm at most is allowed: {advice}"
         )
-    if corner.normals > NORMALS_LIMIT or one.normals[0] @ other.normals[0] < 0.0:
+    if corner.normals > NORMALS_LIMIT or corner.side < 0.0:
         raise SurfaceError(
             f"the normals of the curves at the corner {where} lie "
             f"{np.degrees(corner.normals):.3f}° apart or face opposite sides, "
@@ -271,7 +269,7 @@ def existence(bottom: Strip, top: Strip, left: Strip, right: Strip) -> tuple[Che
         one, other = at_share(along[b], a), at_share(across[a], b)
         corner = corner_of(one, other)
         found += corner_checks(corner, f"{names[0][b]}-{names[1][a]}")
-        sides.append((float(np.sign(one.normals[0] @ other.normals[0])), np.sign(corner.angle)))
+        sides.append((corner.side, float(np.sign(corner.angle))))
     return (*found, orientation(sides))
 
 

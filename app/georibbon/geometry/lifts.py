@@ -131,7 +131,8 @@ class PatchLift:
         """(2, k, 3) what is added to F_v on the two passes, with frames (2, k, 3, 3), at u (k,)."""
         shares = self.blends(u, np.array([0.0, 1.0])).h
         xy = np.einsum("tke,tec->ekc", shares, self.steer)
-        return xy[..., :1] * frames[..., 1] + xy[..., 1:] * frames[..., 0]
+        steering: FloatArray = xy[..., :1] * frames[..., 1] + xy[..., 1:] * frames[..., 0]
+        return steering
 
 
 @dataclass(frozen=True, eq=False)

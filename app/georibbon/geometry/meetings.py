@@ -32,11 +32,14 @@ class Corner:
     """Two curves at their crossing.
 
     angle: radians, from the first tangent to the second, counter-clockwise about
-    the first's normal, -pi to pi.  normals: radians between the two normals.
-    residual: 1/m, dN(tau1).tau2 - dN(tau2).tau1, zero on a smooth surface.
+    the first's normal, -pi to pi.  side: 1 where both normals face the same side,
+    else -1; the second's are then turned over for what follows.  normals: radians
+    between the two normals.  residual: 1/m, dN(tau1).tau2 - dN(tau2).tau1, zero on
+    a smooth surface.
     """
 
     angle: float
+    side: float
     normals: float
     residual: float
 
@@ -47,7 +50,7 @@ class Meeting:
 
     places: metres along the first and the second.  miss: metres between them
     there.
-    corner: the two curves there, the second's normals turned to the first's side.
+    corner: the two curves there.
     """
 
     places: tuple[float, float]
@@ -63,6 +66,7 @@ def corner_of(first: Along, second: Along) -> Corner:
     turn, other_turn = first.turns[0, :, 2], side * second.turns[0, :, 2]
     return Corner(
         angle=float(np.arctan2(other @ across, other @ tau)),
+        side=side,
         normals=float(arc_angles(normal, side * facing)),
         residual=float(turn @ other - other_turn @ tau),
     )
@@ -72,11 +76,11 @@ def meeting(one: Edge, other: Edge) -> Meeting:
     """Where two edges come closest, between their ends, by Newton's method."""
     ends = [sorted((edge.first, edge.last)) for edge in (one, other)]
     low, high = np.array(ends).T
-    at = nearest_places(one, other)
+    at: FloatArray = nearest_places(one, other)
     for _ in range(STEPS):
         step = closing_step(one, other, at)
-        new = np.clip(at + step, low, high)
-        moved, at = np.abs(new - at).max(), new
+        new: FloatArray = np.clip(at + step, low, high)
+        moved, at = float(np.abs(new - at).max()), new
         if moved < SETTLED:
             break
     here, there = one.at(at[:1]), other.at(at[1:])
@@ -99,5 +103,4 @@ def closing_step(one: Edge, other: Edge, at: FloatArray) -> FloatArray:
     """(2,) metres: the Gauss-Newton step of both places towards each other."""
     x, y = one.spline(at[0])[:3], other.spline(at[1])[:3]
     slopes = np.stack([one.spline(at[0], nu=1)[:3], -other.spline(at[1], nu=1)[:3]], axis=1)
-    step: FloatArray = np.linalg.lstsq(slopes, y - x)[0]
-    return step
+    return np.asarray(np.linalg.lstsq(slopes, y - x)[0], dtype=np.float64)
