@@ -30,6 +30,11 @@ ALL_PASSES = "*"
 OF_RIBBON = ("smoothing", "weight")  # what the paper's way knows nothing of
 OF_PAPER = ("tangents",)  # and what it alone knows
 
+SURFACE_FILES = (
+    "the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, .step or "
+    ".iges (they need the extra cad); may be repeated"
+)
+
 DESCRIPTION = """\
 Turn a recording into the surface that the ribbon was laid on: calibrate from the poses,
 fit all passes together with the survey, lay a surface through them, check it.
@@ -65,8 +70,7 @@ def configure(_name: str, parser: Parser) -> None:
 def _add_outputs(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help="the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, "
-        ".step or .iges (they need the extra cad); may be repeated",
+        help=SURFACE_FILES,
     )  # fmt: skip
     group.add_argument(
         "--unit", choices=("mm", "cm", "m", "in"), default="mm",

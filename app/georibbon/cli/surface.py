@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from georibbon.cli.arguments import Parser, zero_or_millimetres
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_notices, print_surface
-from georibbon.cli.reconstruction import add_surface, check_cad, write_surfaces
+from georibbon.cli.reconstruction import SURFACE_FILES, add_surface, check_cad, write_surfaces
 from georibbon.errors import ExportError
 from georibbon.export.files import (
     CURVES_ENDINGS,
@@ -78,8 +78,7 @@ def configure(_name: str, parser: Parser) -> None:
 def _add_outputs(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help="the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, "
-        ".step or .iges (they need the extra cad); may be repeated",
+        help=SURFACE_FILES,
     )  # fmt: skip
     group.add_argument(
         "--unit", choices=("mm", "cm", "m", "in"), default="mm",
