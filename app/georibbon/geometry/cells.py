@@ -74,6 +74,8 @@ def with_cells(
 ) -> tuple[PatchSet, tuple[Check, ...]]:
     """The model with the ties taken up where they close cells, and what was found there.
 
+    It is the same model where they close none.
+
     names: of the model's passes, in its order.  ties: with their names, of four points or more.
     """
     tie_names = [name for name, _ in ties]
@@ -87,7 +89,9 @@ def with_cells(
         lift, snap = (None, 0.0) if len(spans) < 2 else lift_of(model, i, spans)
         lifts.append(lift)
         found += checks_of(spans, reasons, pair, tie_names, snap)
-    return replace(model, cells=Cells(tuple(lifts))), tuple(found)
+    if any(lift is not None for lift in lifts):
+        model = replace(model, cells=Cells(tuple(lifts)))
+    return model, tuple(found)
 
 
 def no_cells(settings: SurfaceSettings) -> Check:
