@@ -46,6 +46,17 @@ def test_the_window_toolkit_is_under_the_lesser_licence_with_both_texts(listed):
         assert "TERMS AND CONDITIONS" in general
 
 
+def test_the_cad_kernel_is_listed_where_it_is_installed_with_its_three_texts(listed):
+    kernel = listed["cadquery-ocp-novtk"]
+    assert "Apache" in kernel.licence
+    assert "LGPL-2.1-only WITH OCCT-exception-1.0 (Open CASCADE Technology)" in kernel.licence
+    own, lesser, exception = kernel.texts
+    assert "Apache License" in own
+    assert "Version 2.1, February 1999" in lesser
+    assert exception.startswith("Open CASCADE exception (version 1.0)")
+    assert listed["cadquery-ocp-proxy"].texts == (own,)
+
+
 def test_tools_are_not(listed):
     assert not {"pytest", "mypy", "ruff", "hatchling", "coverage", "uv"} & set(listed)
 

@@ -1,7 +1,8 @@
 """The licences of what an installer of Georibbon would ship.
 
-Read from the installed packages' own metadata: Georibbon's requirements, what
-those require, and so on, and Python itself; never the tools that only build or test it.
+Read from the installed packages' own metadata: Georibbon's requirements, those of
+its extras where they are installed, what all those require, and so on, and Python
+itself; never the tools that only build or test it.
 """
 
 import platform
@@ -20,11 +21,17 @@ _LICENCE_FILE = re.compile(r"(^|[-_./ ])(licen[cs]es?|copying|notice|copyright)"
 _LONGEST_NAME = 60
 # The texts that Georibbon brings along for packages that come without.  The LGPL adds to the GPL.
 _LESSER = ("licences/LGPL-3.0.txt", "licences/GPL-3.0.txt")
+_KERNEL = ("licences/LGPL-2.1.txt", "licences/OCCT-exception-1.0.txt")
+_APACHE = "licences/Apache-2.0.txt"
 _TEXTS = {
+    "cadquery-ocp-novtk": (_APACHE, *_KERNEL),
+    "cadquery-ocp-proxy": (_APACHE,),
     "pyserial": ("licences/pyserial.txt",),
     "pyside6-essentials": _LESSER,
     "shiboken6": _LESSER,
 }
+# What a package holds beside its own, and does not tell.
+_INSIDE = {"cadquery-ocp-novtk": "LGPL-2.1-only WITH OCCT-exception-1.0 (Open CASCADE Technology)"}
 
 
 @dataclass(frozen=True)
@@ -64,13 +71,14 @@ def _closure(name: str) -> list[Distribution]:
         except PackageNotFoundError:
             # A requirement for another system or another Python: not shipped here.
             continue
-        waiting.extend(_requirements(found[key].requires or ()))
+        waiting.extend(_requirements(found[key].requires or (), extras=key == name))
     return list(found.values())
 
 
-def _requirements(lines: Iterable[str]) -> list[str]:
-    """The names of the requirements that belong to no extra."""
-    matches = (_NAME.match(line) for line in lines if not re.search(r";.*\bextra\s*==", line))
+def _requirements(lines: Iterable[str], extras: bool) -> list[str]:
+    """The names of the requirements, with those of extras or without."""
+    of_extra = re.compile(r";.*\bextra\s*==")
+    matches = (_NAME.match(line) for line in lines if extras or not of_extra.search(line))
     return [match.group() for match in matches if match]
 
 
@@ -92,6 +100,7 @@ def _named(package: Distribution) -> str:
     ]
     lines = [text.strip().partition("\n")[0] for text in _field(package, "License")]
     names = expressions or classifiers or [line[:_LONGEST_NAME] for line in lines if line]
+    names += [_INSIDE[key] for key in (_normal(package.name),) if key in _INSIDE]
     return ", ".join(names) or "see its licence text"
 
 
