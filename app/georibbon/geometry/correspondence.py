@@ -247,6 +247,20 @@ class Correspondence:
             rows[i] = np.clip(self.matches[i].backward(rows[i + 1]), *self.ends[i])
         return np.stack([rows[i] for i in range(len(rows))])
 
+    def with_rates(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(p, k) metres along each strip at the parameters u (k,), and their derivatives by u."""
+        rows, rates = {self.middle: u}, {self.middle: np.ones_like(u)}
+        for i in range(self.middle, len(self.matches)):
+            onward = self.matches[i].forward
+            rows[i + 1] = np.clip(onward(rows[i]), *self.ends[i + 1])
+            rates[i + 1] = onward(rows[i], 1) * rates[i]
+        for i in range(self.middle - 1, -1, -1):
+            onward = self.matches[i].backward
+            rows[i] = np.clip(onward(rows[i + 1]), *self.ends[i])
+            rates[i] = onward(rows[i + 1], 1) * rates[i + 1]
+        order = range(len(rows))
+        return np.stack([rows[i] for i in order]), np.stack([rates[i] for i in order])
+
 
 def ascending(source: FloatArray, target: FloatArray) -> CubicSpline | PchipInterpolator:
     """A strictly ascending curve through (source, target), both (m,) and ascending.

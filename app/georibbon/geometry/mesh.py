@@ -1,11 +1,13 @@
 """Triangle meshes: built from grids, oriented, thickened and checked."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from georibbon.arrays import FloatArray, IntArray
+from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import SurfaceError
+from georibbon.geometry.components import dotted, inner, interleaved
 from georibbon.geometry.frames import cross
 
 
@@ -31,19 +33,42 @@ def grid_mesh(points: FloatArray, normals: FloatArray, sigma: FloatArray | None 
     The normals' side is outside where the second index grows to the left of
     the first.  Each quadrilateral is cut along its shorter diagonal.
     """
-    rows, columns = points.shape[:2]
-    number = np.arange(rows * columns).reshape(rows, columns)
-    a, b = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
-    c, d = number[1:, 1:].ravel(), number[:-1, 1:].ravel()
-    vertices = points.reshape(-1, 3)
-    first = np.sum((vertices[c] - vertices[a]) ** 2, axis=1)
-    second = np.sum((vertices[d] - vertices[b]) ** 2, axis=1)
-    along_first = (first <= second)[:, None, None]
-    cut = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1)
-    other = np.stack([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)], axis=1)
-    triangles = np.where(along_first, cut, other).reshape(-1, 3)
+    triangles = cells_of(*points.shape[:2]).copy()
+    step = np.multiply(second_shorter(points), points.shape[1], dtype=np.int64).ravel()
+    # From c to d and from a to b: the other diagonal's triangles.
+    triangles[:, 2] -= step
+    triangles[:, 5] += step
     spread = None if sigma is None else sigma.ravel()
-    return Mesh(vertices, triangles, normals.reshape(-1, 3), spread)
+    vertices, facing = (interleaved(one).reshape(-1, 3) for one in (points, normals))
+    return Mesh(vertices, triangles.reshape(-1, 3), facing, spread)
+
+
+def second_shorter(points: FloatArray) -> BoolArray:
+    """(k-1, m-1) where of a grid (k, m, 3)'s quadrilaterals the diagonal that does not
+    begin at their least corner is the shorter.
+    """
+    rows, columns = points.shape[:2]
+    # As one row of numbers: the last of each row of cells is none and left out.
+    run = inner(points).reshape(3, -1)
+    first = run[:, columns + 1 :] - run[:, : -columns - 1]
+    second = run[:, 1:-columns] - run[:, columns:-1]
+    longer = np.empty((rows - 1) * columns, dtype=bool)
+    np.greater(dotted(first, first), dotted(second, second), out=longer[:-1])
+    return longer.reshape(rows - 1, columns)[:, :-1]
+
+
+@lru_cache(maxsize=2)
+def cells_of(rows: int, columns: int) -> IntArray:
+    """(n, 6) two triangles for every quadrilateral of a grid, along the diagonal from a to c.
+
+    With corners a, then b in the next row, c opposite and d in the next column: a b c and c d a.
+    """
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b = number[:-1, :-1], number[1:, :-1]
+    c, d = number[1:, 1:], number[:-1, 1:]
+    cells: IntArray = np.stack([a, b, c, c, d, a], axis=-1).reshape(-1, 6)
+    cells.flags.writeable = False
+    return cells
 
 
 def facets(mesh: Mesh) -> FloatArray:

@@ -13,7 +13,7 @@ with d = |f1 - f0|; where the surface shall have the same curvature on both side
 of a pass, the lines across are quintic.  All functions work on all patches and parameters at once.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,9 +24,10 @@ from georibbon.geometry.correspondence import Arrangement, Correspondence, corre
 from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.interior import QUINTIC
 from georibbon.geometry.lifts import Cells
-from georibbon.geometry.rails import PINCHED, Rails, interpolant, sampled
-from georibbon.geometry.scheme import DEFAULT, Scheme, control_of, scheme_for
+from georibbon.geometry.rails import PINCHED, Rails, interpolant, sampled_all, sampled_moving
+from georibbon.geometry.scheme import DEFAULT, Scheme, scheme_for
 from georibbon.geometry.settings import SurfaceSettings
+from georibbon.geometry.slopes import STEP, control_with_slope
 
 # F = POWERS(v) @ HERMITE @ control: the basis H0, H1, H2, H3 in powers of v.
 HERMITE = np.array(
@@ -35,7 +36,6 @@ HERMITE = np.array(
 # The same for F, F_v, F_vv at v = 0, then F_vv, F_v, F at v = 1.
 QUINTIC_HERMITE = QUINTIC[:, [0, 1, 2, 5, 4, 3]]
 BASES = {4: HERMITE, 6: QUINTIC_HERMITE}
-STEP = 1e-5
 
 
 def basis(v: FloatArray, order: int = 0, count: int = 4) -> FloatArray:
@@ -52,20 +52,26 @@ def basis(v: FloatArray, order: int = 0, count: int = 4) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Patches:
-    """All patches at common parameters, with their derivatives along the passes.
+class Lines:
+    """The lines across of all patches at common parameters.
 
     rails: the strips at the k parameters.  control: (p-1, k, c, 3) metres,
-    c = 4 or 6; slope, bend: its first and second derivatives by u.
+    c = 4 or 6; slope: its derivative by u.
     u: (k,) and cells: what ties add to the patches there (see `lifted`), where they do.
     """
 
     rails: Rails
     control: FloatArray
     slope: FloatArray
-    bend: FloatArray
     u: FloatArray | None = None
     cells: Cells | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Patches(Lines):
+    """All patches at common parameters; bend: (p-1, k, c, 3), the second derivative by u."""
+
+    bend: FloatArray = field(kw_only=True)
 
     @cached_property
     def mean_gaps(self) -> FloatArray:
@@ -107,32 +113,31 @@ def natural_parameters(model: PatchSet) -> FloatArray:
 
 def rails_at(model: PatchSet, u: FloatArray) -> Rails:
     """All passes at the common parameters u (k,)."""
-    places = model.match(u)
-    pairs = [sampled(spline, s) for spline, s in zip(model.splines, places, strict=True)]
-    return Rails(np.stack([points for points, _ in pairs]), np.stack([f for _, f in pairs]))
+    return sampled_all(model.splines, model.match(u))
+
+
+def lines_at(model: PatchSet, u: FloatArray) -> Lines:
+    """The lines across at parameters u (k,), metres along the middle pass."""
+    rails, rates = sampled_moving(model.splines, *model.match.with_rates(u))
+    cells = model.cells
+    steer = cells.steered if cells is not None and any(cells.lifts) else None
+    control, slope = control_with_slope(rails, rates, model.scheme, u, steer)
+    return Lines(rails, control, slope, u, model.cells)
 
 
 def patches_at(model: PatchSet, u: FloatArray) -> Patches:
     """The patches at parameters u (k,), metres along the middle pass.
 
-    Derivatives are those of the parabola through three places a hundredth of a
-    millimetre apart around u, or beside it at the ends.
+    The second derivative is that of the first a hundredth of a millimetre
+    before and behind u, or beside it at the ends.
     """
     first, last = model.match.ends[model.match.middle]
-    centre = np.clip(u, first + STEP, last - STEP)
-    beside, count = centre != u, len(u)
-    places = np.concatenate([u, centre - STEP, centre + STEP, centre[beside]])
-    rails = rails_at(model, places)
-    controls = control_of(rails, model.scheme, places)
-    if model.cells is not None:
-        controls = model.cells.steered(controls, rails, places)
-    control, before, after, rest = np.split(controls, [count, 2 * count, 3 * count], axis=1)
-    middle = control.copy()
-    middle[:, beside] = rest
-    bend = (before - 2.0 * middle + after) / STEP**2
-    slope = (after - before) / (2.0 * STEP) + (u - centre)[:, None, None] * bend
-    here = Rails(rails.points[:, :count], rails.frames[:, :count])
-    return Patches(here, control, slope, bend, u, model.cells)
+    centre, count = np.clip(u, first + STEP, last - STEP), len(u)
+    lines = lines_at(model, np.concatenate([u, centre - STEP, centre + STEP]))
+    slope, before, after = np.split(lines.slope, [count, 2 * count], axis=1)
+    here = Rails(lines.rails.points[:, :count], lines.rails.frames[:, :count])
+    bend = (after - before) / (2.0 * STEP)
+    return Patches(here, lines.control[:, :count], slope, u, model.cells, bend=bend)
 
 
 @dataclass(frozen=True, eq=False)

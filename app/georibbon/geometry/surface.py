@@ -9,15 +9,18 @@ from georibbon.arrays import FloatArray, IntArray
 from georibbon.errors import SurfaceError
 from georibbon.geometry.cells import no_cells, with_cells
 from georibbon.geometry.checks import Check, all_checks
+from georibbon.geometry.components import interleaved
 from georibbon.geometry.correspondence import aligned, arrange
 from georibbon.geometry.frames import Strip, dot
 from georibbon.geometry.mesh import Mesh, area, grid_mesh, thicken
 from georibbon.geometry.patch import (
+    Lines,
     Patches,
     PatchGrid,
     PatchSet,
     basis,
     lifted,
+    lines_at,
     natural_parameters,
     patch_grid,
     patches_at,
@@ -25,6 +28,7 @@ from georibbon.geometry.patch import (
 )
 from georibbon.geometry.rails import PINCHED, interpolant
 from georibbon.geometry.settings import SurfaceSettings
+from georibbon.geometry.vertices import vertices_of
 
 __all__ = ["Check", "Surface", "SurfaceSettings", "build_surface", "rebuilt"]
 
@@ -37,6 +41,7 @@ SAME_LENGTH = 1e-9  # m
 # Shares of the tolerance for the chord error along, across and by twist; the rest is margin.
 STRETCH_SHARE = 0.35
 TWIST_SHARE = 0.2
+UPRIGHT = 0.3  # of `PatchGrid.turn`, above which no fold is looked for between its places
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +50,14 @@ class SurfacePlan:
 
     model: the passes in order across, matched.  nodes: (k,) parameters of the
     grid's rows.  counts: (p-1,) columns of each patch.  tolerance: metres, that was asked for.
+    upright: whether no patch is near to folding over.
     """
 
     model: PatchSet
     nodes: FloatArray
     counts: IntArray
     tolerance: float
+    upright: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +115,8 @@ def build_surface(
     grid = grid_of(sample)
     nodes, counts = subdivided(sample, grid, u, settings.tolerance)
     spread = None if sigmas is None else carried(model, in_order(sigmas, model), nodes)
-    mesh = triangulated(patches_at(model, nodes), counts, spread)
+    upright = float(grid.turn.min()) > UPRIGHT
+    mesh = triangulated(lines_at(model, nodes), counts, spread, upright)
     expected = None if frame_sigma is None else in_order(frame_sigma, model)
     return Surface(
         mesh=mesh,
@@ -118,7 +126,7 @@ def build_surface(
         order=ordered_names,
         shape=(len(nodes), 1 + int(counts.sum())),
         columns=(0, *(int(column) for column in np.cumsum(counts))),
-        plan=SurfacePlan(model, nodes, counts, settings.tolerance),
+        plan=SurfacePlan(model, nodes, counts, settings.tolerance, upright),
     )
 
 
@@ -156,10 +164,11 @@ def rebuilt(surface: Surface, strips: Sequence[Strip]) -> Surface:
             "these are not the passes that the surface was built through, in number or length: "
             "build it anew"
         )
-    patches = patches_at(moved_model(plan.model, strips), plan.nodes)
-    points, normals = vertices_of(patches, plan.counts)
+    lines = lines_at(moved_model(plan.model, strips), plan.nodes)
+    points, normals = vertices_of(lines, plan.counts, plan.upright)
     old = surface.mesh
-    mesh = Mesh(points.reshape(-1, 3), old.triangles, normals.reshape(-1, 3), old.sigma)
+    vertices = interleaved(points).reshape(-1, 3)
+    mesh = Mesh(vertices, old.triangles, normals.reshape(-1, 3), old.sigma)
     return replace(surface, mesh=mesh, area=area(mesh), solid=None)
 
 
@@ -302,33 +311,16 @@ def equal_shares(u: FloatArray, density: FloatArray, columns: int) -> FloatArray
     return nodes
 
 
-def triangulated(patches: Patches, counts: IntArray, spread: FloatArray | None) -> Mesh:
+def triangulated(lines: Lines, counts: IntArray, spread: FloatArray | None, upright: bool) -> Mesh:
     """The mesh of all patches on one grid, with counts (p-1,) columns a patch.
 
     spread: (p, k) metres, standard deviations on the passes; between them the
     variances are blended linearly.
     """
-    points, normals = vertices_of(patches, counts)
+    points, normals = vertices_of(lines, counts, upright)
     shares = [np.zeros(1), *(i + np.arange(1, n + 1) / n for i, n in enumerate(counts))]
     sigma = None if spread is None else blended(spread, np.concatenate(shares))
     return grid_mesh(points, normals, sigma)
-
-
-def vertices_of(patches: Patches, counts: IntArray) -> tuple[FloatArray, FloatArray]:
-    """(k, w, 3) points and (k, w, 3) normals of all patches, with counts (p-1,) columns a patch.
-
-    Neighbouring patches share the vertices on the pass between them, which
-    carry the pass's own normals.
-    """
-    normals = patches.rails.frames[..., 2]
-    points, facing = [patches.rails.points[0][:, None]], [normals[0][:, None]]
-    for i, count in enumerate(counts):
-        v = np.arange(1, count + 1) / count
-        ends = (normals[i], normals[i + 1])
-        grid = lifted(patch_grid(patches.control[i], patches.slope[i], ends, v), patches, i, v)
-        points.append(grid.points)
-        facing += [grid.normals[:, :-1], normals[i + 1][:, None]]
-    return np.concatenate(points, axis=1), np.concatenate(facing, axis=1)
 
 
 def blended(spread: FloatArray, shares: FloatArray) -> FloatArray:
