@@ -41,6 +41,10 @@ NAMES = {
     "overlap": N_("Overlap"),
     "tangent-lengths": N_("Tangent lengths"),
     "self-crossing": N_("Runs through itself"),
+    "cells": N_("Cells between ties"),
+    "corner-angle": N_("Angle at crossings"),
+    "corner-normals": N_("Normals at crossings"),
+    "corner-twist": N_("Twist at crossings"),
 }
 
 
