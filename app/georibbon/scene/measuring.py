@@ -12,19 +12,19 @@ import numpy as np
 from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
-from georibbon.arrays import FloatArray, IntArray
+from georibbon.arrays import FloatArray
 from georibbon.errors import SurfaceError
 from georibbon.geometry.curvature import Curvature
 from georibbon.geometry.frames import curvatures, unit
 from georibbon.geometry.mesh import Mesh
 from georibbon.geometry.surface import Surface
+from georibbon.mesh_geodesics import shortest_path
 from georibbon.reconstruction import FittedPass, Reconstruction
 from georibbon.scene.buffers import Triangles
 from georibbon.scene.colouring import along_passes, is_grid, surface_curvature
 from georibbon.scene.shapes import Solid
 from georibbon.world import UP
 
-_CLEAR = 1e-3  # barycentric weight by which a place is kept off its triangle's edges
 _LEAST_ANGLE = 1e-6  # sine between two directions below which they span no plane
 
 
@@ -140,7 +140,8 @@ class Probe:
         sigma = float(np.sqrt(sum(known))) if len(known) == 2 else None
         path = np.empty((0, 3))
         if self._surface is not None and first.on is not None and second.on is not None:
-            path = geodesic_path(self._surface.mesh, first.on, second.on)
+            mesh = self._surface.mesh
+            path = shortest_path(mesh.vertices, mesh.triangles, first.on, second.on)
         along = float(_arc(path)[-1]) if len(path) else None
         return Distance(first, second, straight, sigma, along, path)
 
@@ -291,44 +292,6 @@ def _nearest_on(points: FloatArray, position: FloatArray) -> tuple[float, float]
     k = int(np.argmin(away))
     arc = _arc(points)
     return float(away[k]), float(arc[k] + share[k] * (arc[k + 1] - arc[k]))
-
-
-def geodesic_path(
-    mesh: Mesh, first: tuple[int, FloatArray], second: tuple[int, FloatArray]
-) -> FloatArray:
-    """(n, 3) the shortest way over a mesh near by from one place on it to another.
-
-    first, second: a triangle and the (3,) weights of its corners.  Both places
-    become vertices, and the shortest way along edges is straightened by flipping
-    edges until no corner of it can be cut (Sharp and Crane, You can find geodesic
-    paths in triangle meshes by just flipping edges, 2020).
-    """
-    ends = np.stack([w @ mesh.vertices[mesh.triangles[t]] for t, w in (first, second)])
-    if first[0] == second[0]:
-        return ends
-    import potpourri3d
-
-    begin, end = len(mesh.vertices), len(mesh.vertices) + 1
-    vertices = np.vstack((mesh.vertices, *(_off_edges(mesh, *one) for one in (first, second))))
-    parts = [_parted(mesh.triangles[t], k) for (t, _), k in ((first, begin), (second, end))]
-    kept = np.delete(mesh.triangles, [first[0], second[0]], axis=0)
-    solver = potpourri3d.EdgeFlipGeodesicSolver(vertices, np.concatenate((kept, *parts)))
-    path = np.asarray(solver.find_geodesic_path(begin, end), dtype=np.float64)
-    path[[0, -1]] = ends
-    return path
-
-
-def _off_edges(mesh: Mesh, triangle: int, weights: FloatArray) -> FloatArray:
-    """(3,) a place in a triangle, moved as little as needed off its edges."""
-    inside = np.maximum(weights, _CLEAR)
-    place: FloatArray = (inside / inside.sum()) @ mesh.vertices[mesh.triangles[triangle]]
-    return place
-
-
-def _parted(corners: IntArray, new: int) -> IntArray:
-    """(3, 3) the triangles about a new vertex inside a triangle."""
-    a, b, c = corners.tolist()
-    return np.array([[a, b, new], [b, c, new], [c, a, new]])
 
 
 def cut(mesh: Mesh, origin: FloatArray, normal: FloatArray) -> list[FloatArray]:
