@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser, whole
-from georibbon.cli.outputs import Outputs, folder_made
+from georibbon.cli.outputs import Outputs, folder_made, signals_held
 
 if TYPE_CHECKING:
     from georibbon.paper_figures import Figure
@@ -95,7 +95,9 @@ def run(arguments: argparse.Namespace) -> None:
         for number, target in pictures.items():
             found = figure(number)
             _print_figure(found)
-            outputs.place(target).write_bytes(picture_of(found, arguments.width))
+            with signals_held():
+                picture = picture_of(found, arguments.width)
+            outputs.place(target).write_bytes(picture)
             figures.append(found)
         outputs.place(table).write_text(figures_json(figures), encoding="utf-8")
         outputs.place(page).write_text(figures_page(figures), encoding="utf-8")

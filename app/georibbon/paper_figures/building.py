@@ -32,8 +32,8 @@ from georibbon.geometry.scheme import (
 from georibbon.geometry.settings import Direction, SurfaceSettings
 from georibbon.paper_figures.figure import Curve, Model
 
-ROWS, COLUMNS = 161, 25
-CROSSING_ROWS, CROSSING_STEP = 61, 2
+ROWS, COLUMNS = 121, 17
+CROSSING_ROWS, CROSSING_STEP = 61, 1
 TEAR_LIMIT, FOLD_LIMIT = 3.0, 0.0
 DEFAULT = "safe-chord, arc, foot-cover"
 

@@ -51,16 +51,21 @@ def _choice_data(choice: Choice) -> dict[str, object]:
 
 def figures_json(figures: Sequence[Figure]) -> str:
     """All figures as one JSON text: what the numbers are, then the figures."""
-    used = {key for figure in figures for choice in figure.choices for key in choice.numbers}
     data: Mapping[str, object] = {
         "format": FORMAT,
         "version": VERSION,
         "program": f"georibbon {__version__}",
         "paper": PAPER,
-        "numbers": {key: words for key, words in NAMES.items() if key in used},
+        "numbers": explained(figures),
         "figures": [figure_data(figure) for figure in figures],
     }
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def explained(figures: Sequence[Figure]) -> dict[str, str]:
+    """What each number that the figures have is, by its name."""
+    used = {key for figure in figures for choice in figure.choices for key in choice.numbers}
+    return {key: words for key, words in NAMES.items() if key in used}
 
 
 def figures_page(figures: Sequence[Figure]) -> str:
@@ -70,8 +75,15 @@ def figures_page(figures: Sequence[Figure]) -> str:
         '<html lang="en"><head><meta charset="utf-8"><title>The figures of the paper</title>',
         f"<style>{STYLE}</style></head><body>",
         f"<h1>The figures of the paper</h1><p>{escape(PAPER)}.</p>",
+        "<p>The paper gives no data with its figures: the situations are of the same kind. In the "
+        "pictures, red strokes are the conormals, and a surface's other side is brown.</p>",
         *map(_section, figures),
-        "</body></html>",
+        "<h2>The numbers in figures.json</h2><table>",
+        *(
+            f"<tr><td>{escape(key)}</td><td>{escape(words)}</td></tr>"
+            for key, words in explained(figures).items()
+        ),
+        "</table></body></html>",
     ]
     return "\n".join(parts) + "\n"
 
