@@ -29,7 +29,9 @@ def test_the_command_line_is_light():
     assert not loaded & {"vtkmodules", "vtk", "matplotlib", "PySide6", "scipy", "numpy"}
 
 
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["reconstruct", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], ["--version"], ["reconstruct", "--help"], ["surface", "--help"]]
+)
 def test_help_loads_no_mathematics(words):
     loaded = loaded_by(f"from georibbon.cli import main; assert main({words!r}) == 0")
     assert not loaded & {"numpy", "scipy", "matplotlib", "vtkmodules", "jinja2"}
