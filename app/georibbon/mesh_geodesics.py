@@ -139,7 +139,7 @@ class MeshGeodesics:
         """(m, 3) the corners of the straightest geodesic from a place; `length` metres of it."""
         face, weight = place
         if length == 0.0:
-            return (weight @ self._corners[face])[None]
+            return np.asarray((weight @ self._corners[face])[None])
         normal = self._normals[face]
         flat = unit(direction - (direction @ normal) * normal)
         found = self._walker.trace_geodesic_from_face(face, weight, length * flat)

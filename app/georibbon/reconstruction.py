@@ -367,8 +367,8 @@ def _screened(recording: Recording, calibration: Calibration, stages: Stages) ->
 
 def _fit(capture: Capture, settings: ReconstructionSettings, stages: Stages) -> PassesFit:
     if settings.method == "paper":
-        of = (capture, settings.tangents)
-        return stages.get("paper", of, lambda: fit_paper(*of))
+        word = settings.tangents
+        return stages.get("paper", (capture, word), lambda: fit_paper(capture, word))
     chosen = FitSettings(settings.neighbours, settings.smoothing, settings.weight)
     candidates = _candidates(capture, chosen, stages)
     weights = tuple(settings.weight_of(one.name) for one in capture.recording.passes)

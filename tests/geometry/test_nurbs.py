@@ -8,9 +8,12 @@ from scipy.interpolate import BSpline, NdBSpline
 
 from georibbon.errors import SurfaceError
 from georibbon.geometry.arch import arch, arch_strips
+from georibbon.geometry.closest import closest_point
 from georibbon.geometry.frames import curvatures
+from georibbon.geometry.geodesics import geodesic
 from georibbon.geometry.nurbs import NurbsSurface, clamped_knots, cubic_basis
 from georibbon.geometry.reference import BSplineSurface, Jet
+from georibbon.geometry.shortest import shortest_geodesic
 
 RANDOM = np.random.default_rng(11)
 UNEVEN = np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.25, 0.25, 0.9, 2.0, 2.0, 2.0, 2.0])
@@ -43,7 +46,7 @@ def scipy_points(surface: NurbsSurface, uv: np.ndarray, nu: tuple[int, int]) -> 
 def test_the_basis_is_scipys(knots: np.ndarray) -> None:
     count = len(knots) - 4
     at = np.r_[np.random.default_rng(1).uniform(knots[3], knots[count], 200), knots[3 : count + 1]]
-    first, values = cubic_basis(knots, at)
+    first, values = cubic_basis(knots)(at)
     reference = BSpline(knots, np.eye(count), 3)
     for order in range(3):
         whole = np.zeros((len(at), count))
@@ -54,11 +57,11 @@ def test_the_basis_is_scipys(knots: np.ndarray) -> None:
 @pytest.mark.parametrize("knots", [UNEVEN, UNCLAMPED, clamped_knots(9)])
 def test_the_basis_is_a_partition_of_unity_and_not_negative(knots: np.ndarray) -> None:
     at = np.linspace(knots[3], knots[-4], 300)
-    values = cubic_basis(knots, at)[1]
+    values = cubic_basis(knots)(at)[1]
     np.testing.assert_allclose(values[0].sum(axis=1), 1.0, atol=1e-14)
     np.testing.assert_allclose(values[1].sum(axis=1), 0.0, atol=1e-11)
     np.testing.assert_allclose(values[2].sum(axis=1), 0.0, atol=1e-9)
-    assert values[0].min() >= -1e-16
+    assert values[0].min() >= -1e-15
 
 
 def test_points_are_the_quotient_of_scipys_splines() -> None:
@@ -148,8 +151,11 @@ def test_with_even_knots_and_weights_it_is_the_uniform_b_spline() -> None:
         np.testing.assert_allclose(mine, known, atol=1e-12)
 
 
-def test_a_quarter_of_a_cylinder_is_exact() -> None:
-    """The rational quadratic quarter circle (1, 1/sqrt 2, 1), raised to the third degree."""
+def quarter_cylinder() -> NurbsSurface:
+    """The rational quadratic quarter circle (1, 1/sqrt 2, 1), raised to the third degree, long 1 m.
+
+    Radius 1 m about the y axis, u from +x to +z.
+    """
     w = np.sqrt(0.5)
     plane = np.array([[1.0, 0.0, 1.0], [w, w, w], [0.0, 1.0, 1.0]])
     raised = np.stack(
@@ -158,13 +164,33 @@ def test_a_quarter_of_a_cylinder_is_exact() -> None:
     y = np.broadcast_to(np.linspace(0.0, 1.0, 4), (4, 4))
     x, z = (raised[:, k, None] / raised[:, 2:] + 0 * y for k in (0, 1))
     weights = np.broadcast_to(raised[:, 2:], (4, 4)).copy()
-    quarter = NurbsSurface(np.stack([x, y, z], 2), weights, clamped_knots(4), clamped_knots(4))
+    return NurbsSurface(np.stack([x, y, z], 2), weights, clamped_knots(4), clamped_knots(4))
+
+
+def test_a_quarter_of_a_cylinder_is_exact() -> None:
+    quarter = quarter_cylinder()
     jet = quarter.jet(inside(quarter))
     np.testing.assert_allclose(np.hypot(jet.p[:, 0], jet.p[:, 2]), 1.0, atol=1e-14)
     radial = jet.p * [1.0, 0.0, 1.0]
     np.testing.assert_allclose(np.abs(np.sum(jet.normals * radial, axis=1)), 1.0, atol=1e-14)
     bend = np.sum(jet.puu * radial, axis=1) / np.sum(jet.pu * jet.pu, axis=1)
     np.testing.assert_allclose(bend, -1.0, atol=1e-12)
+
+
+def test_its_geodesics_are_helices_from_a_point_and_between_two() -> None:
+    """Though the parameter does not run evenly around it."""
+    quarter, s = quarter_cylinder(), np.linspace(-0.5, 0.5, 41)
+    ahead = np.array([-0.6 * np.sqrt(0.5), 0.8, 0.6 * np.sqrt(0.5)])
+    turn = np.pi / 4 + 0.6 * s
+    helix = np.stack([np.cos(turn), 0.5 + 0.8 * s, np.sin(turn)], axis=1)
+    strip = geodesic(quarter, (0.5, 0.5), ahead, s)
+    np.testing.assert_allclose(strip.points, helix, atol=1e-10)
+    bending, torsion = curvatures(strip)
+    np.testing.assert_allclose(np.abs(bending[1:-1]), 0.36, atol=1e-4)
+    np.testing.assert_allclose(np.abs(torsion[1:-1]), 0.48, atol=1e-4)
+    ends = closest_point(quarter, helix[[0, -1]]).uv
+    between = shortest_geodesic(quarter, ends[0], ends[1], samples=41)
+    np.testing.assert_allclose(between.points, helix, atol=1e-9)
 
 
 def test_a_double_knot_breaks_the_second_derivative_and_nothing_before() -> None:

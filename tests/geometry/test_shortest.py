@@ -66,7 +66,7 @@ def test_it_runs_from_the_first_point_to_the_second(name: str) -> None:
     assert strip.s[0] == 0.0
 
 
-@every_case
+@pytest.mark.parametrize("name", ["bonnet", "torus", "saddle", "hull"])
 def test_it_is_the_geodesic_that_starts_as_it_does(name: str) -> None:
     surface, start, end = case(name)
     strip = shortest_geodesic(surface, start, end, samples=21)
@@ -100,7 +100,7 @@ def test_no_way_near_by_is_shorter(name: str) -> None:
 @every_case
 def test_the_chain_is_of_second_order_with_links_equally_long(name: str) -> None:
     surface, start, end = case(name)
-    strip = shortest_geodesic(surface, start, end, samples=400)
+    strip = shortest_geodesic(surface, start, end, samples=200)
     chains = [shortest_chain(surface, start, end, nodes) for nodes in (25, 50, 100)]
     errors = [away(chain, strip) for chain in chains]
     if name in ("plane", "sphere"):  # where a chain's points lie on the geodesic

@@ -10,6 +10,8 @@ follow from A = w p by the product rule,
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import factorial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,8 +75,8 @@ class NurbsSurface(ReferenceSurface):
 
     def jet(self, uv: FloatArray) -> Jet:
         """The quotient A / w and its derivatives."""
-        first_u, bu = cubic_basis(self.knots_u, uv[:, 0])
-        first_v, bv = cubic_basis(self.knots_v, uv[:, 1])
+        first_u, bu = self._bases[0](uv[:, 0])
+        first_v, bv = self._bases[1](uv[:, 1])
         four = np.arange(DEGREE + 1)
         local = self._weighted[
             (first_u[:, None] + four)[:, :, None], (first_v[:, None] + four)[:, None, :]
@@ -93,6 +95,10 @@ class NurbsSurface(ReferenceSurface):
             a[1, 1] - w[1, 0] * pv - w[0, 1] * pu - w[1, 1] * p,
             a[0, 2] - 2 * w[0, 1] * pv - w[0, 2] * p,
         )
+
+    @cached_property
+    def _bases(self) -> tuple["CubicBasis", "CubicBasis"]:
+        return cubic_basis(self.knots_u), cubic_basis(self.knots_v)
 
     @cached_property
     def _weighted(self) -> FloatArray:
@@ -120,22 +126,48 @@ def check_cubic_knots(knots: FloatArray, count: int) -> None:
         )
 
 
-def cubic_basis(knots: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The four cubic B-splines that are not zero at n parameters, with two derivatives.
+class CubicBasis(NamedTuple):
+    """Cubic B-splines, span by span as cubics in the distance from where the span starts.
 
-    knots: (m + 4,), as `check_cubic_knots` wants them.  Returns the number (n,)
-    of the first of the four and (3, n, 4): values, first, second derivatives.
-    By the recurrence of Cox and de Boor; beyond the ends as in the end spans.
+    starts: (k,), of the spans, ascending.  first: (k,), the number of the first
+    of the four B-splines that are not zero in a span.  powers: (k, 4, 4), the
+    factors of 1, h, h² and h³ in each of the four.
+    """
+
+    starts: FloatArray
+    first: IntArray
+    powers: FloatArray
+
+    def __call__(self, at: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The first (n,) of the four at parameters (n,), and (3, n, 4) values and two derivatives.
+
+        Beyond the ends as in the end spans.
+        """
+        span = np.maximum(np.searchsorted(self.starts, at, side="right") - 1, 0)
+        h = at - self.starts[span]
+        terms = np.zeros((3, len(at), DEGREE + 1))
+        terms[0, :, 0] = terms[1, :, 1] = 1.0
+        terms[0, :, 1], terms[1, :, 2], terms[2, :, 2] = h, 2.0 * h, 2.0
+        terms[0, :, 2] = h * h
+        terms[0, :, 3], terms[1, :, 3], terms[2, :, 3] = h**3, 3.0 * h * h, 6.0 * h
+        return self.first[span], np.einsum("dnp,npf->dnf", terms, self.powers[span])
+
+
+def cubic_basis(knots: FloatArray) -> CubicBasis:
+    """The cubic B-splines of knots (m + 4,), as `check_cubic_knots` wants them.
+
+    By the recurrence of Cox and de Boor at the spans' starts: the values there
+    and three derivatives make the cubics.
     """
     inside = knots[DEGREE : len(knots) - DEGREE]
-    last = int(np.searchsorted(inside, inside[-1], side="left")) - 1
-    span = DEGREE + np.clip(np.searchsorted(inside, at, side="right") - 1, 0, last)
-    value = np.ones((len(at), 1))
-    slope, bend = np.zeros((len(at), 1)), np.zeros((len(at), 1))
+    span = DEGREE + np.flatnonzero(np.diff(inside) > 0.0)
+    starts = knots[span]
+    orders = [np.ones((len(span), 1))]
     for degree in range(1, DEGREE + 1):
-        bend = _difference(knots, span, slope, degree)
-        slope, value = _difference(knots, span, value, degree), _raised(knots, span, value, at)
-    return span - DEGREE, np.stack([value, slope, bend])
+        slopes = [_difference(knots, span, one, degree) for one in orders]
+        orders = [_raised(knots, span, orders[0], starts), *slopes]
+    powers = np.stack([one / factorial(k) for k, one in enumerate(orders)], axis=1)
+    return CubicBasis(starts, span - DEGREE, powers)
 
 
 def _supports(knots: FloatArray, span: IntArray, degree: int) -> tuple[FloatArray, FloatArray]:

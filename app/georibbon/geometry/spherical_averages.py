@@ -138,4 +138,5 @@ def _newton_step(q: FloatArray, directions: FloatArray, weights: FloatArray) -> 
         raise FitError(_TURNS)
     x = (hessian[:, 1, 1] * gradient[:, 0] - hessian[:, 0, 1] * gradient[:, 1]) / det
     y = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 0, 1] * gradient[:, 0]) / det
-    return x[:, None] * basis[:, 0] + y[:, None] * basis[:, 1]
+    step: FloatArray = x[:, None] * basis[:, 0] + y[:, None] * basis[:, 1]
+    return step
