@@ -9,9 +9,10 @@ from scipy.interpolate import BSpline, NdBSpline
 from georibbon.errors import SurfaceError
 from georibbon.geometry.arch import arch, arch_strips
 from georibbon.geometry.closest import closest_point
+from georibbon.geometry.cubic_basis import clamped_knots, cubic_basis
 from georibbon.geometry.frames import curvatures
 from georibbon.geometry.geodesics import geodesic
-from georibbon.geometry.nurbs import NurbsSurface, clamped_knots, cubic_basis
+from georibbon.geometry.nurbs import NurbsSurface
 from georibbon.geometry.reference import BSplineSurface, Jet
 from georibbon.geometry.shortest import shortest_geodesic
 

@@ -12,9 +12,10 @@ constants were chosen so that the gaps between five passes are 23 to 99 mm,
 
 import numpy as np
 
+from georibbon.geometry.cubic_basis import clamped_knots
 from georibbon.geometry.frames import Strip
 from georibbon.geometry.geodesics import directions_at, geodesics
-from georibbon.geometry.nurbs import NurbsSurface, clamped_knots
+from georibbon.geometry.nurbs import NurbsSurface
 
 LENGTH = 0.72  # m, of a pass
 OUTERMOST = (0.135, 0.865)  # v of the first and the last pass, halfway along the arch

@@ -9,12 +9,14 @@ points outwards on every surface here.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from georibbon.arrays import FloatArray
+from georibbon.geometry.cubic_basis import CubicBasis, cubic_basis
 
 
 class Jet(NamedTuple):
@@ -471,25 +473,18 @@ class BSplineSurface(ReferenceSurface):
 
     def jet(self, uv: FloatArray) -> Jet:
         """Tensor products of the cubic basis and its derivatives; outside: the end span's cubic."""
-        spans = np.array(self.net.shape[:2]) - 3
-        span = np.clip(np.floor(uv).astype(np.int64), 0, spans - 1)
-        bu, bv = _cubic_basis(uv[:, 0] - span[:, 0]), _cubic_basis(uv[:, 1] - span[:, 1])
+        (first_u, bu), (first_v, bv) = (
+            basis(column) for basis, column in zip(self._bases, uv.T, strict=True)
+        )
         four = np.arange(4)
-        local = self.net[
-            (span[:, 0, None] + four)[:, :, None], (span[:, 1, None] + four)[:, None, :]
-        ]
+        local = self.net[(first_u[:, None] + four)[:, :, None], (first_v[:, None] + four)[:, None]]
         rows = np.einsum("dni,nijk->dnjk", bu, local)
         values = np.einsum("enj,dnjk->denk", bv, rows)
         return Jet(
             values[0, 0], values[1, 0], values[0, 1], values[2, 0], values[1, 1], values[0, 2]
         )
 
-
-def _cubic_basis(t: FloatArray) -> FloatArray:
-    """(3, n, 4): the four uniform cubic basis functions at t and two derivatives."""
-    value = np.stack(
-        [(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, -3 * t**3 + 3 * t**2 + 3 * t + 1, t**3]
-    )
-    first = np.stack([-((1 - t) ** 2), 3 * t**2 - 4 * t, -3 * t**2 + 2 * t + 1, t**2])
-    second = np.stack([1 - t, 3 * t - 2, 1 - 3 * t, t])
-    return np.stack([value.T / 6, first.T / 2, second.T])
+    @cached_property
+    def _bases(self) -> tuple[CubicBasis, CubicBasis]:
+        m, n = self.net.shape[:2]
+        return cubic_basis(np.arange(-3.0, m + 1.0)), cubic_basis(np.arange(-3.0, n + 1.0))
