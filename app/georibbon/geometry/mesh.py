@@ -7,7 +7,7 @@ import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import SurfaceError
-from georibbon.geometry.components import dotted, inner, interleaved
+from georibbon.geometry.components import inner, interleaved
 from georibbon.geometry.frames import cross
 
 
@@ -46,14 +46,17 @@ def grid_mesh(points: FloatArray, normals: FloatArray, sigma: FloatArray | None 
 def second_shorter(points: FloatArray) -> BoolArray:
     """(k-1, m-1) where of a grid (k, m, 3)'s quadrilaterals the diagonal that does not
     begin at their least corner is the shorter.
+
+    Single precision tells diagonals of millimetres apart by some 1e-5 of their length.
     """
     rows, columns = points.shape[:2]
     # As one row of numbers: the last of each row of cells is none and left out.
-    run = inner(points).reshape(3, -1)
+    run = inner(points).reshape(3, -1).astype(np.float32)
     first = run[:, columns + 1 :] - run[:, : -columns - 1]
     second = run[:, 1:-columns] - run[:, columns:-1]
-    longer = np.empty((rows - 1) * columns, dtype=bool)
-    np.greater(dotted(first, first), dotted(second, second), out=longer[:-1])
+    longer = np.zeros((rows - 1) * columns, dtype=np.bool_)
+    one, other = (np.einsum("ij,ij->j", along, along) for along in (first, second))
+    np.greater(one, other, out=longer[:-1])
     return longer.reshape(rows - 1, columns)[:, :-1]
 
 

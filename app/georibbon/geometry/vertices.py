@@ -34,7 +34,8 @@ def vertices_of(
                 of[..., here] += inner(more)
     normals, square = lines.rails.frames[..., 2], crossed(along, across)
     facing = divided_by_length(square if upright else unfolded(square, normals, counts))
-    facing[:, 0], facing[:, ends] = normals[0], normals[1:].transpose(1, 0, 2)
+    for column, upward in zip((0, *ends), normals, strict=True):
+        facing[:, column] = upward
     return outer(points), facing
 
 
