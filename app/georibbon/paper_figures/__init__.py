@@ -22,7 +22,7 @@ _MODULES = {
     "captured": (17,),
 }
 NUMBERS: tuple[int, ...] = tuple(sorted(number for of in _MODULES.values() for number in of))
-"""The paper's figures that show a result; 1 and 14 show the idea and the ribbon."""
+"""The figures of the paper that are done again; the others hold nothing to be computed."""
 
 
 def figure(number: int) -> Figure:

@@ -32,7 +32,7 @@ def figure_2() -> Figure:
     choices = [
         _choice(
             f"λ0 = {first:g}, λ1 = {second:g}",
-            "paper" if first == second == 1.0 else "other",
+            "paper",
             f"chord, {first:g} {second:g}, equal parameters",
             laid_plainly(strips, "chord", (first, second)),
             strips,
@@ -68,12 +68,12 @@ def figure_3() -> Figure:
     choices = [
         _choice(
             f"binormals, λ = {factor:g}",
-            whose,
+            "paper",
             f"conormal, {factor:g} {factor:g}, equal parameters",
             laid_plainly(strips, "conormal", (factor, factor)),
             strips,
         )
-        for factor, whose in _lengths_of_3()
+        for factor in (1.0, 0.4)
     ]
     choices.append(_choice("Georibbon's default", "georibbon", DEFAULT, laid_by(strips), strips))
     return Figure(
@@ -87,10 +87,6 @@ def figure_3() -> Figure:
         tuple(choices),
         main=("tear_ratio", "sine_least", "line_length"),
     )
-
-
-def _lengths_of_3() -> tuple[tuple[float, Whose], ...]:
-    return ((1.0, "paper"), (0.4, "other"))
 
 
 def _choice(name: str, whose: Whose, settings: str, built: Built, strips: list[Strip]) -> Choice:
