@@ -249,6 +249,30 @@ def test_the_surface_moves_with_its_passes_and_ties():
     np.testing.assert_allclose(other.mesh.vertices, one.mesh.vertices @ turn.T + shift, atol=2e-8)
 
 
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"direction": "conormal", "lengths": "unit"},
+        {"direction": "angles", "angles": (0.0, 10.0, 5.0, -5.0)},
+        {"lengths": "criterion1"},
+        {"lengths": "criterion4"},
+        {"correspondence": "fraction"},
+        {"correspondence": "foot-trim"},
+    ],
+)
+def test_ties_are_followed_however_the_lines_across_are_laid(chosen):
+    strips, ties = laid()
+    surface = build_surface(strips, NAMES, SurfaceSettings(cells=True, **chosen), ties=ties)
+    assert [one.value for one in surface.checks if one.code == "cells"] == [2.0, 2.0]
+    assert max(one.value for one in surface.checks if one.code == "seam") < 1e-4
+    for i in range(2):
+        for t, (_, tie) in enumerate(ties):
+            points, _, normals = along_tie(surface.plan.model, i, t, V)
+            apart, measured = distance(points, tie)
+            assert apart.max() < 1e-8
+            assert np.degrees(arc_angles(normals, measured)).max() < 0.01
+
+
 def shifted(tie, by):
     """The tie moved along its normals."""
     return Strip(tie.s, tie.points + by * tie.normals, tie.frames)

@@ -22,23 +22,28 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import FloatArray, IntArray
 from georibbon.geometry.checks import Check, graded, pair_name
 from georibbon.geometry.coons import AGREE_LIMITS, OBLIQUE_LIMIT, acute, corner_checks
 from georibbon.geometry.edges import Edge, edge_of
 from georibbon.geometry.frames import Strip, cross, dot, frames_from, unit
 from georibbon.geometry.lifts import Cells, PatchLift
 from georibbon.geometry.meetings import Meeting, meeting
-from georibbon.geometry.patch import PatchSet, basis, patches_at
+from georibbon.geometry.patch import Lines, PatchSet, basis
+from georibbon.geometry.rails import sampled_moving
 from georibbon.geometry.settings import SurfaceSettings
+from georibbon.geometry.slopes import control_with_slope
 
 MISS_LIMIT = 5e-3  # m between tie and pass
 SNAP_LIMIT = 2e-3  # m: more is told
 OUT_OF_REACH = 0.05  # m: a tie that far from a pass was not meant to cross it
+CUT_OFF = 1e-9  # m
 LEAST_WIDTH = 0.01  # m between ties
 NODES = 33
+TABLE = 401
+NEWTON_STEPS = 4
+LEAST_RATE = 1e-3
 SLOWEST, FASTEST = 0.2, 3.0  # of a tie's mean speed: it never turns back
 FADE = 4.0  # times the distance to the next tie
 
@@ -75,17 +80,17 @@ def with_cells(
     """The model with the ties taken up where they close cells, and what was found there.
 
     It is the same model where they close none.
-
     names: of the model's passes, in its order.  ties: with their names, of four points or more.
     """
     tie_names = [name for name, _ in ties]
     edges = [edge_of(tie) for _, tie in ties]
     passes = [edge_of(strip) for strip in model.arrangement.strips]
-    met = [[crossing_of(model, i, one, tie) for i, one in enumerate(passes)] for tie in edges]
+    pairs = zip(passes, model.match.ends, strict=True)
+    crossed = located(model, [[found_at(tie, one, ends) for tie in edges] for one, ends in pairs])
     lifts: list[PatchLift | None] = []
     found: list[Check] = []
     for i, pair in enumerate(pairwise(names)):
-        spans, reasons = spans_between(met, edges, i, pair, tie_names)
+        spans, reasons = spans_between(crossed[i : i + 2], edges, pair, tie_names)
         lift, snap = (None, 0.0) if len(spans) < 2 else lift_of(model, i, spans)
         lifts.append(lift)
         found += checks_of(spans, reasons, pair, tie_names, snap)
@@ -102,8 +107,11 @@ def no_cells(settings: SurfaceSettings) -> Check:
     return Check("cells", "warn", 0.0, "", "surface", f"no cell is closed, as {why}")
 
 
-def crossing_of(model: PatchSet, i: int, one: Edge, tie: Edge) -> Crossing | str:
-    """Where a tie meets the i-th pass; why not where it does not, nothing where it is far off."""
+def found_at(tie: Edge, one: Edge, ends: FloatArray) -> Meeting | str:
+    """Where a tie meets a pass; why not where it does not, nothing where it is far off.
+
+    ends: (2,) metres, between which the pass is matched.
+    """
     met = meeting(tie, one)
     if met.miss > MISS_LIMIT:
         far = met.miss > OUT_OF_REACH
@@ -112,36 +120,45 @@ def crossing_of(model: PatchSet, i: int, one: Edge, tie: Edge) -> Crossing | str
         return f"crosses %s at {acute(met.corner):.0f}°"
     if np.degrees(met.corner.normals) > AGREE_LIMITS[1]:
         return f"sees normals {np.degrees(met.corner.normals):.0f}° from those of %s"
-    u = parameter_of(model, i, met.places[1])
-    return "crosses %s where the surface is cut off" if u is None else Crossing(met, u)
+    if not ends[0] - CUT_OFF <= met.places[1] <= ends[1] + CUT_OFF:
+        return "crosses %s where the surface is cut off"
+    return met
 
 
-def parameter_of(model: PatchSet, i: int, s: float) -> float | None:
-    """The common parameter u at the place s (metres) of the i-th pass; None beyond its match."""
-    first, last = model.match.ends[i]
-    if not first - 1e-9 <= s <= last + 1e-9:
-        return None
-    low, high = (float(end) for end in model.match.ends[model.match.middle])
+def located(model: PatchSet, met: Sequence[Sequence[Meeting | str]]) -> list[list[Crossing | str]]:
+    """For every pass and tie where they meet, with the parameter u there, or why they do not."""
+    places = [
+        (i, one.places[1]) for i, row in enumerate(met) for one in row if not isinstance(one, str)
+    ]
+    passes, s = np.array(places).reshape(-1, 2).T
+    u = iter(parameters_of(model, passes.astype(np.int64), s).tolist())
+    return [[one if isinstance(one, str) else Crossing(one, next(u)) for one in row] for row in met]
 
-    def beyond(u: float) -> float:
-        return float(model.match(np.array([u]))[i, 0]) - s
 
-    if beyond(low) >= 0.0:
-        return low
-    return high if beyond(high) <= 0.0 else float(brentq(beyond, low, high, xtol=1e-13))
+def parameters_of(model: PatchSet, passes: IntArray, s: FloatArray) -> FloatArray:
+    """(n,) the common parameters u at places s (n,), metres, each on the pass of its number."""
+    low, high = model.match.ends[model.match.middle]
+    table = np.linspace(low, high, TABLE)
+    places, at = model.match(table), np.arange(len(s))
+    u = np.array([np.interp(one, places[i], table) for i, one in zip(passes, s, strict=True)])
+    for _ in range(NEWTON_STEPS):
+        reached, rates = (of[passes, at] for of in model.match.with_rates(u))
+        u = np.clip(u + (s - reached) / np.maximum(rates, LEAST_RATE), low, high)
+    return u
 
 
 def spans_between(
-    met: Sequence[Sequence[Crossing | str]],
+    crossed: Sequence[Sequence[Crossing | str]],
     edges: Sequence[Edge],
-    i: int,
     pair: tuple[str, str],
     tie_names: Sequence[str],
 ) -> tuple[list[Span], list[str]]:
-    """The ties that cross both passes of a pair, in the order of u, and why others do not."""
+    """The ties that cross both passes of a pair, in the order of u, and why others do not.
+
+    crossed: of either pass, for every tie.
+    """
     spans, reasons = [], []
-    for k, (edge, of) in enumerate(zip(edges, met, strict=True)):
-        start, end = of[i], of[i + 1]
+    for k, (edge, start, end) in enumerate(zip(edges, *crossed, strict=True)):
         if isinstance(start, Crossing) and isinstance(end, Crossing):
             if start.met.corner.side != end.met.corner.side:
                 reasons.append(f"{tie_names[k]} turns over between {pair[0]} and {pair[1]}")
@@ -214,18 +231,22 @@ def lift_of(model: PatchSet, i: int, spans: Sequence[Span]) -> tuple[PatchLift, 
     v = np.linspace(0.0, 1.0, NODES)
     blank = CubicSpline(v, np.zeros((NODES, len(spans), 2, 3)))
     plain = PatchLift(crossings, reach, np.zeros((len(spans), 2, 2)), blank)
-    curves = [snapped(model, i, span) for span in spans]
-    steer = np.stack([curve.steer for curve in curves])
-    steered = replace(plain, steer=steer)
-    lifts: list[PatchLift | None] = [None] * (len(model.arrangement.strips) - 1)
-    lifts[i] = steered
-    bare = replace(model, cells=Cells(tuple(lifts)))
-    parts = np.stack(
-        [parts_of(bare, i, c, v, curve) for c, curve in zip(crossings, curves, strict=True)], axis=1
-    )
+    curves = snapped(model, i, spans)
+    steered = replace(plain, steer=np.stack([curve.steer for curve in curves]))
+    parts = parts_of(model, i, steered, v, curves)
     parts[[0, -1]] = 0.0
     moved = max(curve.moved for curve in curves)
     return replace(steered, parts=CubicSpline(v, parts, bc_type="clamped")), moved
+
+
+def pair_lines(model: PatchSet, i: int, u: FloatArray, lift: PatchLift | None = None) -> Lines:
+    """The lines across of the i-th patch alone at u (k,), steered into ties by a lift."""
+    pair = slice(i, i + 2)
+    places, rates = model.match.with_rates(u)
+    rails, moving = sampled_moving(model.splines[pair], places[pair], rates[pair])
+    steer = None if lift is None else Cells((lift,)).steered
+    control, slope = control_with_slope(rails, moving, model.scheme.of_patch(i), u, steer)
+    return Lines(rails, control, slope)
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,17 +277,29 @@ class Snapped:
         return points, slopes, frames_from(unit(slopes), here.normals)[:, :, 2]
 
 
-def snapped(model: PatchSet, i: int, span: Span) -> Snapped:
-    """The tie brought onto the i-th pass and the next, with what it asks of F_v there.
+def snapped(model: PatchSet, i: int, spans: Sequence[Span]) -> list[Snapped]:
+    """Ties brought onto the i-th pass and the next, with what they ask of F_v there.
 
-    The line U(v) is straight; the tie's speed at its ends is that of the patch
-    along the line, so that only directions and offsets differ.
+    The lines U(v) are straight; a tie's speed at its ends is that of the patch
+    along its line, so that only directions and offsets differ.
     """
-    patches = patches_at(model, np.array(span.crossings))
-    both = np.arange(2)
-    frames = patches.rails.frames[[i, i + 1], both]
-    along = patches.slope[i, both, [0, 3]] * (span.end.u - span.start.u)
-    own = along + patches.control[i, both, [1, 2]]
+    crossings = np.array([span.crossings for span in spans])
+    lines = pair_lines(model, i, crossings.ravel())
+    ends = np.tile([0, 1], len(spans))
+    at = np.arange(len(ends))
+    frames = lines.rails.frames[ends, at].reshape(-1, 2, 3, 3)
+    points = lines.rails.points[ends, at].reshape(-1, 2, 3)
+    along = lines.slope[0, at, 3 * ends].reshape(-1, 2, 3) * np.diff(crossings, axis=1)[..., None]
+    own = along + lines.control[0, at, 1 + ends].reshape(-1, 2, 3)
+    return [brought(*one) for one in zip(spans, points, frames, own, strict=True)]
+
+
+def brought(span: Span, points: FloatArray, frames: FloatArray, own: FloatArray) -> Snapped:
+    """A tie brought onto two passes.
+
+    points (2, 3), frames (2, 3, 3): the passes at the crossings.  own: (2, 3)
+    metres, the patch's change by v there along the tie's line.
+    """
     ends = np.array([at.met.places[0] for at in (span.start, span.end)])
     length = ends[1] - ends[0]
     speed = np.clip(np.sqrt(dot(own, own)), SLOWEST * abs(length), FASTEST * abs(length))
@@ -274,7 +307,7 @@ def snapped(model: PatchSet, i: int, span: Span) -> Snapped:
     here = span.edge.at(ends)
     slopes = here.slopes * speed[:, None]
     upright = -dot(slopes, frames[..., 2])[:, None] * frames[..., 2]
-    offsets = patches.control[i, both, [0, 3]] - here.points
+    offsets = points - here.points
     lacking = slopes + upright - own
     return Snapped(
         span,
@@ -285,13 +318,24 @@ def snapped(model: PatchSet, i: int, span: Span) -> Snapped:
 
 
 def parts_of(
-    model: PatchSet, i: int, crossings: FloatArray, v: FloatArray, curve: Snapped
+    model: PatchSet, i: int, lift: PatchLift, v: FloatArray, curves: Sequence[Snapped]
 ) -> FloatArray:
-    """(m, 2, 3) A and B of one tie at v (m,), for a model whose i-th patch is steered into it."""
-    patches = patches_at(model, crossings[0] + (crossings[1] - crossings[0]) * v)
+    """(m, T, 2, 3) A and B of all ties of the i-th patch at v (m,).
+
+    lift: what steers the patch into the ties.
+    """
+    first, last = lift.crossings.T[..., None]
+    lines = pair_lines(model, i, (first + (last - first) * v).ravel(), lift)
     functions = basis(v)[:, :, None]
-    bare = np.sum(functions * patches.control[i], axis=1)
-    along = np.sum(functions * patches.slope[i], axis=1)
+    shape = len(curves), len(v), 4, 3
+    bare = np.sum(functions * lines.control[0].reshape(shape), axis=2)
+    along = np.sum(functions * lines.slope[0].reshape(shape), axis=2)
+    parts = [part_of(*one, v) for one in zip(curves, bare, along, strict=True)]
+    return np.stack(parts, axis=1)
+
+
+def part_of(curve: Snapped, bare: FloatArray, along: FloatArray, v: FloatArray) -> FloatArray:
+    """(m, 2, 3) A and B of one tie at v (m,), where the patch has these points and P1_u (m, 3)."""
     points, slopes, upright = curve.at(v)
     aside = cross(unit(slopes), upright)
     # By which turn about the tie its measured normal becomes the patch's: at the ends the pass's.

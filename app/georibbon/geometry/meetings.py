@@ -90,9 +90,7 @@ def meeting(one: Edge, other: Edge) -> Meeting:
 
 def nearest_places(one: Edge, other: Edge) -> FloatArray:
     """(2,) metres: the nearest two of places on either edge, as dense as their knots."""
-    places = [
-        np.linspace(edge.first, edge.last, 1 + 2 * len(edge.spline.t)) for edge in (one, other)
-    ]
+    places = [np.linspace(edge.first, edge.last, len(edge.spline.t)) for edge in (one, other)]
     a, b = (edge.spline(s)[:, :3] for edge, s in zip((one, other), places, strict=True))
     apart = np.sum((a[:, None] - b[None]) ** 2, axis=2)
     i, j = np.unravel_index(int(np.argmin(apart)), apart.shape)

@@ -47,6 +47,18 @@ class Scheme:
     factors: tuple[float, float] | None = None
     found: Found | None = None
 
+    def of_patch(self, i: int) -> "Scheme":
+        """The scheme of the i-th patch alone."""
+        angles, found, one = self.angles, self.found, slice(i, i + 1)
+        if angles is not None and len(angles) > 1:
+            angles = angles[one]
+        if found is not None:
+            logs = found.logs
+            if logs is not None:
+                logs = CubicSpline.construct_fast(logs.c[:, :, one], logs.x)
+            found = Found(logs, found.unsettled[one], found.bounded[one])
+        return replace(self, angles=angles, found=found)
+
 
 def scheme_for(settings: SurfaceSettings, rails_at_u: Callable[[], Rails], u: FloatArray) -> Scheme:
     """The scheme that settings ask for; what depends on the passes is found on their rails at u."""
