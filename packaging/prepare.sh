@@ -92,7 +92,7 @@ test)
     ;;
 peers)
     make_environment
-    say "Installing Georibbon's peers (packaging/requirements-peers.lock; 350 MB to download)"
+    say "Installing Georibbon's peers (packaging/requirements-peers.lock; 250 MB to download)"
     requirements -r packaging/requirements-peers.lock
     install --no-deps --no-build-isolation --editable .
     libraries peers

@@ -200,6 +200,7 @@ PROGRAMS = (
     own("criterion 2", lengths="criterion2"),
     own("G2 interior", interior="g2"),
     own("planar sections", direction="section"),
+    own("equal fractions", correspondence="fraction"),
     own(
         "as the source paper", direction="conormal", lengths="unit", correspondence="fraction"
     ),
