@@ -7,6 +7,7 @@ import pytest
 
 from georibbon.errors import SurfaceError
 from georibbon.geometry.cells import with_cells
+from georibbon.geometry.checks import pair_name
 from georibbon.geometry.closest import closest_point
 from georibbon.geometry.correspondence import arrange
 from georibbon.geometry.edges import edge_of
@@ -18,7 +19,7 @@ from georibbon.geometry.reference import Torus
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.surface import build_surface, rebuilt
 from georibbon.rotations import exp
-from passes import cut, moved, passes, upside_down
+from passes import cut, moved, passes, plane_passes, upside_down
 
 TORUS = Torus()
 NAMES = ("P1", "P2", "P3")
@@ -89,6 +90,9 @@ def test_the_surface_runs_through_true_ties_with_their_normals():
     model, found = modelled(ties)
     assert {one.verdict for one in found} == {"pass"}
     assert [one.value for one in found if one.code == "cells"] == [2.0, 2.0]
+    places = [one.where for one in found if one.code.startswith("corner")]
+    assert len(places) == 6
+    assert set(places) <= {pair_name(name, tie) for name in NAMES for tie, _ in ties}
     for i in range(2):
         for t, (_, tie) in enumerate(ties):
             for v, limit in ((V, 1e-9), (V[:-1] + 0.011, 1e-8)):
@@ -300,6 +304,23 @@ def test_ties_that_cannot_be_taken_up_are_left_out_with_the_reason():
         if told:
             assert any(check.verdict == "warn" for check in cells)
     assert all("T1, T3 close 1 cell between" in check.message for check in cells)
+
+
+def test_a_tie_where_passes_touch_is_left_out():
+    first, second = plane_passes(0.0, 0.0, length=0.6, nodes=31)
+    turn = exp(np.array([0.0, 0.0, -0.4]))
+    aslant = moved(second, turn, np.array([0.2, 0.0, 0.0]) - turn @ np.array([0.2, 0.0, 0.0]))
+    quarter = exp(np.array([0.0, 0.0, 0.5 * np.pi]))
+    ties = [
+        (name, moved(first, quarter, np.array([x, 0.0, 0.0])))
+        for name, x in (("T1", -0.2), ("T2", 0.0), ("T3", 0.2))
+    ]
+    surface = build_surface([first, aslant], NAMES[:2], CELLS, ties=ties)
+    assert np.isfinite(surface.mesh.vertices).all()
+    assert np.abs(surface.mesh.vertices[:, 2]).max() < 1e-12
+    (told,) = [one for one in surface.checks if one.code == "cells"]
+    assert (told.value, told.verdict) == (1.0, "warn")
+    assert "T3 crosses P1 and P2 where they touch" in told.message
 
 
 def test_one_tie_closes_no_cell_and_the_strips_stand():

@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel
 
+from georibbon.export.surfaces import surface_with
 from georibbon.geometry import settings as geometry
 from georibbon.gui import surface_panel
 from georibbon.gui.document import Document
@@ -195,6 +196,8 @@ def test_cells_are_asked_for_kept_and_undone_where_there_are_ties(panel, qtbot, 
     found = [one for one in result.surface.checks if one.code == "cells"]
     assert [one.value for one in found] == [1.0, 1.0]
     assert load(tied).values == {("*", "surface.cells"): True}
+    again = surface_with(result, panel._document.settings.surface)  # as the export makes it
+    assert [one.message for one in again.checks] == [one.message for one in result.surface.checks]
     assert panel._document.undoable == "the surface's cells between passes and ties"
     wait_for_result(panel, qtbot, lambda: choose(panel.interior, qtbot, "c1-lines"))
     assert panel.cells.isEnabled()  # to be taken back

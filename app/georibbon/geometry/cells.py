@@ -31,7 +31,7 @@ from georibbon.geometry.frames import Strip, cross, dot, frames_from, unit
 from georibbon.geometry.lifts import Cells, PatchLift
 from georibbon.geometry.meetings import Meeting, meeting
 from georibbon.geometry.patch import Lines, PatchSet, basis
-from georibbon.geometry.rails import sampled_moving
+from georibbon.geometry.rails import PINCHED, sampled_moving
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.slopes import control_with_slope
 
@@ -160,10 +160,12 @@ def spans_between(
     spans, reasons = [], []
     for k, (edge, start, end) in enumerate(zip(edges, *crossed, strict=True)):
         if isinstance(start, Crossing) and isinstance(end, Crossing):
-            if start.met.corner.side != end.met.corner.side:
-                reasons.append(f"{tie_names[k]} turns over between {pair[0]} and {pair[1]}")
-                continue
-            spans.append(Span(k, edge, start, end))
+            span = Span(k, edge, start, end)
+            reason = unfit(span, pair)
+            if reason:
+                reasons.append(f"{tie_names[k]} {reason}")
+            else:
+                spans.append(span)
             continue
         near = [
             f"{tie_names[k]} {one % name}"
@@ -180,6 +182,15 @@ def spans_between(
         else:
             kept.append(span)
     return kept, reasons
+
+
+def unfit(span: Span, pair: tuple[str, str]) -> str:
+    """Why a tie that crosses two passes can still close no cell; nothing where it can."""
+    if abs(span.end.met.places[0] - span.start.met.places[0]) < PINCHED:
+        return f"crosses {pair[0]} and {pair[1]} where they touch"
+    if span.start.met.corner.side != span.end.met.corner.side:
+        return f"turns over between {pair[0]} and {pair[1]}"
+    return ""
 
 
 def checks_of(
@@ -210,7 +221,7 @@ def checks_of(
         message += f"; left out: {'; '.join(reasons)}"
     verdict = "warn" if reasons else graded(snap, SNAP_LIMIT, np.inf)
     corners = [
-        corner_checks(at.met.corner, f"{tie_names[span.tie]}-{name}")
+        corner_checks(at.met.corner, pair_name(tie_names[span.tie], name))
         for span in spans
         for at, name in zip((span.start, span.end), pair, strict=True)
     ]
