@@ -32,6 +32,9 @@ SLOPE_FLOOR = 0.2
 NEWTON_STEPS = 3
 END_SLACK = 1e-6
 LEAST_OVERLAP = 0.1
+MOST_NODES = 256  # of a strip, tried at once
+CHUNK = 4096  # of a strip's points, as many at once
+MOST_PRODUCTS = 1 << 22  # of points, at once
 
 
 def match_feet(
@@ -72,8 +75,27 @@ def bracketed(
     """For each point (k, 3) with its tangent the nearest interval of a strip that holds its foot.
 
     Returns the interval's first node (k,) and whether there is one; where there
-    is none, the interval at the strip's nearest node.
+    is none, an interval near the strip's nearest node.  Of many nodes some are tried
+    first, and the interval between two of them halved.
     """
+    last = len(points) - 1
+    nodes = np.append(np.arange(0, last, -(-last // MOST_NODES)), last)
+    parts = [slice(first, first + CHUNK) for first in range(0, len(here), CHUNK)]
+    found = [crossed(here[i], ahead[i], points[nodes], tangents[nodes]) for i in parts]
+    k, valid = (np.concatenate(one) for one in zip(*found, strict=True))
+    low, high = nodes[k], nodes[k + 1]
+    while (high - low > 1).any():
+        middle = (low + high) // 2
+        both, chord = ahead + tangents[middle], points[middle] - here
+        beyond = np.sum(chord * both, axis=1) > 0.0
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return low, valid
+
+
+def crossed(
+    here: FloatArray, ahead: FloatArray, points: FloatArray, tangents: FloatArray
+) -> tuple[IndexArray, BoolArray]:
+    """The same among all nodes; where no interval holds the foot, that at the nearest node."""
     gap = (
         ahead @ points.T
         - here @ tangents.T
@@ -364,8 +386,14 @@ def pass_distances(strips: Sequence[Strip]) -> FloatArray:
     centre = points.mean(axis=0)
     middles, points = middles - centre, points - centre
     starts = np.cumsum([0] + [len(strip.s) for strip in strips[:-1]])
-    part = np.sum(points * points, axis=1) - 2.0 * (middles @ points.T)
-    nearest = np.minimum.reduceat(part, starts, axis=1) + np.sum(middles**2, axis=1)[:, None]
+    squares, rows = np.sum(points * points, axis=1), max(MOST_PRODUCTS // len(points), 1)
+    nearest = np.concatenate(
+        [
+            np.minimum.reduceat(squares - 2.0 * (some @ points.T), starts, axis=1)
+            for some in (middles[i : i + rows] for i in range(0, len(middles), rows))
+        ]
+    )
+    nearest += np.sum(middles**2, axis=1)[:, None]
     distance: FloatArray = np.sqrt(np.maximum(nearest, 0.0))
     return 0.5 * (distance + distance.T)
 
