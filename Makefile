@@ -15,6 +15,11 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# The tests that hold the core to its coverage; to trace the others too costs minutes.
+CORE := tests/calibration tests/fitting tests/geometry tests/test_pass_settings.py \
+	tests/test_reconstruction.py
+
 .PHONY: help demo cad test benchmarks peers pictures translations lock clean
 .DEFAULT_GOAL := help
 
@@ -55,10 +60,12 @@ test: $(TEST)
 	@$(BIN)/mypy
 	@echo "== Which module may import which (import-linter)"
 	@$(BIN)/lint-imports
-	@echo "== Tests (pytest, two at a time; coverage by line in build/coverage)"
 	@mkdir -p build
-	@COVERAGE_FILE=build/.coverage $(SCREEN) $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=
+	@echo "== Tests of the core (pytest, two at a time; coverage by line in build/coverage)"
+	@COVERAGE_FILE=build/.coverage $(PYTEST) --cov --cov-report= $(CORE)
 	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
+	@echo "== All other tests (pytest, two at a time)"
+	@$(SCREEN) $(PYTEST) $(addprefix --ignore=,$(CORE))
 
 benchmarks: $(TEST)
 	@mkdir -p build/benchmarks
