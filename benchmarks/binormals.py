@@ -27,7 +27,7 @@ from georibbon.geometry.reference import Bonnet, ReferenceSurface, Torus
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.geometry.surface import build_surface
 
-NOISES = {0.0: 0.0, 1e-6: 0.02, 1e-5: 0.04, 1e-4: 0.08}  # m, and the points' smoothing for it
+NOISES = {0.0: 0.0, 1e-6: 0.03, 1e-5: 0.07, 1e-4: 0.15}  # m, and the points' smoothing for it
 WAYS = {
     "raw": FramingSettings("raw", 0.0, 0.0),
     "points smoothed, raw": FramingSettings("raw", 0.0),

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from georibbon.errors import SettingsError, SurfaceError
 from georibbon.geometry.correspondence import aligned
@@ -19,6 +21,7 @@ from georibbon.geometry.framing import (
 )
 from georibbon.geometry.geodesics import directions_at, geodesics
 from georibbon.geometry.reference import Bonnet
+from georibbon.geometry.settings import NORMAL_RULES
 from georibbon.rotations import exp
 
 S = np.linspace(0.0, 0.8, 161)
@@ -185,8 +188,8 @@ def test_found_normals_take_the_side_of_measured_ones():
 
 def test_where_nothing_is_measured_they_face_up():
     one, two, three = paths()
-    for given in ([one, flipped(two), three], [flipped(one), flipped(two), flipped(three)]):
-        for strip in faced(given, [True] * 3):
+    for mixed in ([one, flipped(two), three], [flipped(one), flipped(two), flipped(three)]):
+        for strip in faced(mixed, [True] * 3):
             assert (strip.normals[:, 2] > 0).all()
     low = [flipped(one), flipped(two), three]
     kept = faced(low, [False] * 3)
@@ -262,3 +265,36 @@ def test_few_points_are_enough():
         assert isinstance(strip, Strip)
         assert abs(strip.s[-1] - 0.3) < 1e-4
         assert degrees(strip.normals * np.sign(strip.normals[0, 2]), arc) < 1.0
+
+
+SHAPES = st.sampled_from(["any", "grid", "walk", "steps", "back", "corner"])
+
+
+@given(
+    SHAPES,
+    st.integers(4, 30),
+    st.integers(0, 10_000),
+    st.booleans(),
+    st.sampled_from(NORMAL_RULES),
+    st.sampled_from([None, 0.0, 1e-9, 0.01, 10.0]),
+    st.sampled_from([None, 0.0, 1e-9, 0.01, 10.0]),
+)
+def test_any_points_give_frames_or_a_refusal(shape, count, seed, measured, rule, normal, position):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, count)
+    points = {
+        "any": rng.normal(size=(count, 3)),
+        "grid": rng.integers(-2, 3, size=(count, 3)).astype(float),
+        "walk": np.cumsum(rng.normal(size=(count, 3)), axis=0),
+        "steps": np.cumsum(10.0 ** rng.uniform(-9, 0, size=count))[:, None] ** [1.0, 2.0, 0.5],
+        "back": np.stack([np.abs(t - 0.5), 0 * t, 1e-9 * rng.normal(size=count)], axis=1),
+        "corner": np.stack([t, np.where(t < 0.5, 0.0, 1.0), 0 * t], axis=1),
+    }[shape]
+    normals = rng.normal(size=(count, 3)) if measured else None
+    try:
+        strip = framed(points, None, normals, FramingSettings(rule, normal, position))
+    except SurfaceError:
+        return
+    assert np.isfinite(strip.points).all()
+    np.testing.assert_allclose(np.linalg.det(strip.frames), 1.0, atol=1e-6)
+    assert (np.diff(strip.s) > 0.0).all()

@@ -101,7 +101,7 @@ def test_a_smoothed_curve_loses_the_wave_of_its_cut_by_half():
     wave = np.stack([s, 1e-3 * np.sin(2 * np.pi * s / 0.05), 0 * s], axis=1)
     inside = slice(100, 300)
     left = curve_through(s, wave, 0.05)(s)[inside, 1]
-    assert np.abs(left).max() == pytest.approx(0.5e-3, rel=0.02)
+    assert np.abs(left).max() == pytest.approx(0.5e-3, rel=0.04)
 
 
 def test_darbouxs_rates_of_a_screw_on_a_cylinder():

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.interpolate import make_lsq_spline
 
 from georibbon.arrays import BoolArray, FloatArray
 from georibbon.errors import SurfaceError
@@ -28,6 +28,7 @@ GREATEST_STEP = 0.5  # radians a step towards no geodesic curvature
 STRAIGHT = 0.05  # 1/m: a curvature that tells no normal
 STRAIGHT_CUTS = 2.0
 STRAIGHT_SHARE = 0.2  # of the curve
+PLACES_A_KNOT = 4
 LEAST_TURN = 1e-6  # radians over the whole curve
 
 
@@ -154,15 +155,18 @@ RULES: dict[NormalRule, Callable[[Bend, float], FloatArray]] = {
 def least_squares(s: FloatArray, values: FloatArray, spacing: float) -> FloatArray:
     """(n, c) values smoothed by the cubic B-spline with knots `spacing` apart nearest to them.
 
-    s: (n,) metres, ascending.  With fewer places than coefficients the least
-    coefficients are taken.
+    s: (n,) metres, ascending, n >= 4.  A knot is left out where fewer than four
+    places would lie on either side of it up to the next.
     """
-    intervals = int(np.clip(np.ceil((s[-1] - s[0]) / spacing), 1, max(len(s) - 3, 1)))
-    inner = np.linspace(s[0], s[-1], intervals + 1)
-    knots = np.concatenate([np.repeat(inner[0], 3), inner, np.repeat(inner[-1], 3)])
-    basis = BSpline.design_matrix(s, knots, 3).toarray()
-    coefficients = np.linalg.lstsq(basis, values, rcond=None)[0]
-    return np.asarray(basis @ coefficients)
+    count = int(np.clip(np.ceil((s[-1] - s[0]) / spacing), 1, len(s) // PLACES_A_KNOT))
+    inner, last = [], 0
+    for knot in np.linspace(s[0], s[-1], count + 1)[1:-1]:
+        at = int(np.searchsorted(s, knot))
+        if min(at - last, len(s) - at) >= PLACES_A_KNOT:
+            inner.append(float(knot))
+            last = at
+    knots = np.concatenate([np.repeat(s[0], 4), inner, np.repeat(s[-1], 4)])
+    return np.asarray(make_lsq_spline(s, values, knots, k=3)(s))
 
 
 def straight_stretches(bend: Bend, cut: float) -> tuple[tuple[float, float], ...]:

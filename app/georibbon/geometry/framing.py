@@ -27,12 +27,15 @@ from georibbon.geometry.spherical import GAUSS_POINTS, GAUSS_WEIGHTS
 
 LEAST_POINTS = 4
 MOST_CUT = 10.0  # m
+SAME = 1e-9  # of the length: points nearer to each other are one
 LEAST_SQUARE = 0.1  # the sine of the least angle between a normal and its tangent
 LENGTH_MISFIT = 0.05  # of the length, between s and the points
 ORDERS = (4, 6, 8)  # of the differences that tell noise
+MOST_WINDOWS = 5000
 LEAST_NOISE = 1e-7  # m: points less noisy are taken as they are
 LEAST_ROLL_NOISE = 1e-4  # radians: normals less noisy likewise
-CURVATURE_NOISE = 0.08  # 1/m: what the positions' smoothing leaves of noise
+CURVATURE_NOISE = 0.01  # 1/m: what the positions' smoothing leaves of noise
+LEFT_OF_WHITE = np.sqrt(np.pi / 9.0)
 BEND_LENGTH = 0.64  # m: the normals' cut is the geometric mean of this and the positions'
 FINEST_BEND = 0.02  # m
 MEDIAN_OF_CHI_SQUARE = {1: 0.4549, 3: 2.3660}
@@ -189,7 +192,7 @@ def check_curve(points: FloatArray, s: FloatArray | None, normals: FloatArray | 
             raise SurfaceError(f"not all of its {what} are finite numbers: leave these points out")
     steps = np.diff(points, axis=0)
     chords = np.sqrt(dot(steps, steps))
-    if (chords == 0.0).any():
+    if (chords <= SAME * chords.sum()).any():
         k = int(np.argmin(chords))
         raise SurfaceError(f"its points {k + 1} and {k + 2} are the same: leave one of them out")
     if s is not None:
@@ -198,7 +201,7 @@ def check_curve(points: FloatArray, s: FloatArray | None, normals: FloatArray | 
 
 def check_arc_length(s: FloatArray, chords: float) -> None:
     """Raise SurfaceError unless s (n,) ascends and is as long as the chords together, metres."""
-    if (np.diff(s) <= 0.0).any():
+    if (np.diff(s) <= SAME * abs(s[-1] - s[0])).any():
         k = int(np.argmin(np.diff(s)))
         raise SurfaceError(
             f"its arc length does not ascend from point {k + 1} to {k + 2}: sort the points, or "
@@ -229,7 +232,7 @@ def arc_length(points: FloatArray, cut: float = 0.0) -> FloatArray:
     """(n,) metres from 0: that of a spline through points (n, 3), or smoothed over `cut` metres.
 
     The spline's parameter is the chords' length; four-point Gauss quadrature
-    of its speed from point to point.
+    of its speed from point to point.  Raises SurfaceError where it stands still.
     """
     steps = np.diff(points, axis=0)
     chords = np.concatenate([[0.0], np.cumsum(np.sqrt(dot(steps, steps)))])
@@ -237,6 +240,11 @@ def arc_length(points: FloatArray, cut: float = 0.0) -> FloatArray:
     half = 0.5 * np.diff(chords)[:, None]
     velocity = curve(0.5 * (chords[:-1] + chords[1:])[:, None] + half * GAUSS_POINTS, nu=1)
     lengths = np.sum(GAUSS_WEIGHTS * np.sqrt(dot(velocity, velocity)), axis=1) * half[:, 0]
+    if (lengths <= SAME * lengths.sum()).any():
+        raise SurfaceError(
+            "its points fall together where a smooth curve runs through them: put them in order "
+            "along the curve, or smooth less"
+        )
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
@@ -254,12 +262,14 @@ def noise_of(s: FloatArray, values: FloatArray) -> float:
 
 def _difference(s: FloatArray, values: FloatArray, order: int) -> float:
     """The usual divided difference of an order, scaled as if by coefficients of unit length."""
-    windows = sliding_window_view(s, order + 1)
+    every = 1 + len(s) // MOST_WINDOWS
+    windows = sliding_window_view(s, order + 1)[::every]
     scaled = windows * (order / (windows[:, -1:] - windows[:, :1]))
     apart = scaled[:, :, None] - scaled[:, None, :] + np.eye(order + 1)
     factors = 1.0 / np.prod(apart, axis=2)
     factors /= np.sqrt(np.sum(factors**2, axis=1, keepdims=True))
-    found = np.einsum("kj,kcj->kc", factors, sliding_window_view(values, order + 1, axis=0))
+    parts = sliding_window_view(values, order + 1, axis=0)[::every]
+    found = np.einsum("kj,kcj->kc", factors, parts)
     squares = np.sum(found**2, axis=1)
     return float(np.sqrt(np.median(squares) / MEDIAN_OF_CHI_SQUARE[values.shape[1]]))
 
@@ -267,16 +277,17 @@ def _difference(s: FloatArray, values: FloatArray, order: int) -> float:
 def position_cut(s: FloatArray, noise: float) -> float:
     """Metres: the smoothing that leaves so little of the points' noise that curvature is told.
 
-    White noise of deviation e at spacing d leaves about e sqrt(d / cut) (2 pi / cut)²
-    of curvature; the cut that makes this 0.08 1/m is taken.  0 for noise below
-    a ten thousandth of a millimetre.
+    White noise of deviation e at spacing d leaves, on each axis, the curvature
+    sqrt(pi / 9) e sqrt(d / cut) (2 pi / cut)², the integral of its spectrum
+    under the spline's gain; the cut that makes this 0.01 1/m is taken.  0 for
+    noise below a ten thousandth of a millimetre.
     """
     if noise < LEAST_NOISE:
         return 0.0
     length = float(s[-1] - s[0])
     spacing = length / (len(s) - 1)
-    cut = (noise * np.sqrt(spacing) * (2.0 * np.pi) ** 2 / CURVATURE_NOISE) ** 0.4
-    return float(min(cut, 0.5 * length, MOST_CUT))
+    rate = LEFT_OF_WHITE * (2.0 * np.pi) ** 2 / CURVATURE_NOISE
+    return float(min((rate * noise * np.sqrt(spacing)) ** 0.4, 0.5 * length, MOST_CUT))
 
 
 def roll_cut(s: FloatArray, roll: FloatArray) -> float:

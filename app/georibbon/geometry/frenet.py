@@ -69,11 +69,12 @@ class Continuity:
 def curve_through(s: FloatArray, points: FloatArray, cut: float = 0.0) -> BSpline:
     """A spline of points (n, 3) at s (n,): through them, quintic, or smoothed over `cut` metres.
 
+    Smoothed it has small third derivatives, so that it bends up to its ends.
     At least 4 points; fewer than 6 give a cubic.  Raises SurfaceError where s
     does not ascend.
     """
     if cut > 0.0:
-        return penalised_spline(s, points, cut)
+        return penalised_spline(s, points, cut, order=3)
     return make_interp_spline(s, points, k=DEGREE if len(s) > DEGREE else 3)
 
 
