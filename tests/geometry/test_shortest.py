@@ -158,18 +158,25 @@ def test_a_way_over_the_edge_is_refused() -> None:
         shortest_geodesic(Cone(20.0), np.array([0.0, 0.025]), np.array([4.0, 0.025]))
 
 
-def test_more_turns_about_a_cone_than_a_geodesic_takes_are_refused() -> None:
-    with pytest.raises(SurfaceError, match="cannot be told apart"):
-        shortest_geodesic(Cone(10.0), np.array([0.0, 0.9]), np.array([40.0, 0.9]))
-
-
-def test_opposite_points_of_a_sphere_have_no_one_shortest_way() -> None:
-    with pytest.raises(SurfaceError, match="choose nearer points"):
-        shortest_geodesic(Ellipsoid(0.5, 0.5, 0.5), np.array([0.0, 0.0]), np.array([np.pi, 0.0]))
-
-
-def test_a_way_through_a_pole_of_the_parameters_is_refused() -> None:
-    with pytest.raises(SurfaceError, match="choose nearer points"):
-        shortest_geodesic(
-            Ellipsoid(0.5, 0.5, 0.5), np.array([0.0, 0.0]), np.array([0.0, np.pi / 2])
-        )
+@pytest.mark.parametrize(
+    ("surface", "start", "end", "said"),
+    [
+        (Cone(15.0), (0.0, 0.9), (12.5, 0.9), "not found exactly"),  # more than it ever turns
+        (Cone(10.0), (0.0, 0.9), (17.9, 0.9), "not found exactly"),
+        (
+            Ellipsoid(),
+            (0.0, 0.0),
+            (np.pi, 0.0),
+            "no shortest way",
+        ),  # opposite: as many as one likes
+        (Ellipsoid(), (0.0, 0.0), (0.0, np.pi / 2), "over its edge"),  # a pole of the parameters
+        (Cone(40.0), (0.0, 0.5), (0.0, -0.5), "such as a pole"),
+        (arch(), (-5.0, 0.0), (6.0, 2.0), "cannot be followed"),  # far outside, where w vanishes
+        (arch(), (0.0, 0.0), (1.0, 0.0), "over its edge"),
+    ],
+)
+def test_where_there_is_no_one_shortest_way_it_is_told(
+    surface: ReferenceSurface, start: tuple[float, float], end: tuple[float, float], said: str
+) -> None:
+    with pytest.raises(SurfaceError, match=f"{said}.*choose nearer points"):
+        shortest_geodesic(surface, np.array(start), np.array(end))

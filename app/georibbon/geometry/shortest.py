@@ -66,20 +66,17 @@ def shortest_geodesic(
         s = np.linspace(0.0, length, samples)
         paths, (strip, beside) = trace(surface, places, ahead, s)
         gap = chain.points[-1] - strip.points[-1]
-        if np.linalg.norm(gap) <= MET * length:
-            if (np.abs(paths[-1, 0] - chain.uv[-1]) > AROUND * box).any():
-                break
+        around = np.abs(paths[-1, 0] - chain.uv[-1]) > AROUND * box
+        if np.linalg.norm(gap) <= MET * length and not around.any():
             return strip
         spread = dot(beside.points[-1] - strip.points[-1], strip.conormals[-1]) / TURNED
-        if abs(spread) < 1e-6 * length:
+        length += float(dot(gap, strip.tangents[-1]))
+        if abs(spread) < 1e-6 * s[-1] or not 0.0 < length <= 2.0 * s[-1]:
             break
         angle += float(dot(gap, strip.conormals[-1]) / spread)
-        length += float(dot(gap, strip.tangents[-1]))
-        if not 0.0 < length <= 2.0 * s[-1]:
-            break
     raise SurfaceError(
-        f"the geodesic near {length:.3f} m long between the two points cannot be told apart from "
-        f"others: {NOT_FOUND}"
+        f"the shortest way between the two points, about {s[-1]:.3f} m, is not found exactly: it "
+        f"runs too near a tip of the surface, or is not the only one there; {NOT_FOUND}"
     )
 
 
