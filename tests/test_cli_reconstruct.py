@@ -184,6 +184,7 @@ def test_settings_by_default(small_capture, settings_asked):
         (["--direction=conormal"], "surface.direction", "conormal"),
         (["--direction=angles", "--angles=1,2,3,4"], "surface.angles", (1.0, 2.0, 3.0, 4.0)),
         (["--lengths=criterion2"], "surface.lengths", "criterion2"),
+        (["--lengths=1.1,0.9"], "surface.lengths", (1.1, 0.9)),
         (["--correspondence=fraction"], "surface.correspondence", "fraction"),
         (["--interior=g2"], "surface.interior", "g2"),
         (["--cells"], "surface.cells", True),
@@ -209,7 +210,7 @@ def same(found, value):
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (["--surface=part.step"], "part.step"),
+        (["--surface=part.3mf"], "part.3mf"),
         (["--surface=part"], "part"),
         (["--curves=part.txt"], "part.txt"),
         (["--report=part.doc"], "part.doc"),
@@ -239,6 +240,8 @@ def same(found, value):
         (["--direction=angles", "--angles=1,2,3,400"], "angles"),
         (["--direction=sideways"], "sideways"),
         (["--lengths=long"], "long"),
+        (["--lengths=1,2,3"], "two factors"),
+        (["--lengths=1,99"], "0.05 and 10"),
         (["--correspondence=none"], "none"),
         (["--interior=g3"], "g3"),
         (["--tolerance=0"], "0"),

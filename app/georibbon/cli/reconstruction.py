@@ -146,9 +146,10 @@ def add_surface(group: argparse._ArgumentGroup) -> None:
         "lines leave a pass at its beginning and end, and where they reach the next",
     )  # fmt: skip
     group.add_argument(
-        "--lengths", choices=LENGTHS,
-        help="the criterion for the tangents' lengths across: those of a circular arc (arc, "
-        "default), the chord's (unit), or one that is minimised",
+        "--lengths", metavar="CRITERION|A,B", type=_lengths,
+        help="the tangents' lengths across: those of a circular arc (arc, default), the chord's "
+        f"(unit), those that minimise a criterion ({', '.join(LENGTHS[2:])}), or so many times "
+        "the chord's at either end, such as 1.1,0.9",
     )  # fmt: skip
     group.add_argument(
         "--correspondence", choices=CORRESPONDENCES,
@@ -206,6 +207,21 @@ def _weight(text: str) -> tuple[str, float]:
     """(pass name or `ALL_PASSES`, how many times it counts)."""
     name, value = pair(text, "NUMBER or PASS=NUMBER") if "=" in text else (ALL_PASSES, text)
     return name, above_zero(value)
+
+
+def _lengths(text: str) -> str | list[float]:
+    """A criterion's name, or the factors of the chord at either end."""
+    if text in LENGTHS:
+        return text
+    try:
+        factors = [number(one) for one in text.split(",")]
+    except argparse.ArgumentTypeError:
+        factors = []
+    if len(factors) != 2:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} found, two factors such as 1,1 or one of {', '.join(LENGTHS)} expected"
+        )
+    return factors
 
 
 def _angles(text: str) -> list[float]:
