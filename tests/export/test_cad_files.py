@@ -1,6 +1,7 @@
 """STEP and IGES files: read by the kernel again, and by a small reader of the text of our own."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -161,6 +162,7 @@ def test_what_is_told_is_what_was_found(tmp_path, ending, interior):
     assert facts.read_back < 1e-8
     told = in_words(facts)
     assert f"{facts.count[0]} × {facts.count[1]} control points, read back" in told
+    assert ("corners in its lines" in told) == (interior == "g1")
     assert f"{1e3 * facts.deviation:.2g} mm" in told
 
 
@@ -218,6 +220,19 @@ def test_a_kernel_that_cannot_be_loaded_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(cad._Kernel, "_module", staticmethod(missing))
     with pytest.raises(ExportError, match=r"cannot be loaded \(libGL.so.1: .* libgl1"):
         write(tmp_path / "part.step")
+
+
+def test_what_the_kernel_throws_comes_in_a_sentence(tmp_path, monkeypatch):
+    whole = cad.one_spline
+
+    def torn(*words):
+        spline = whole(*words)
+        return replace(spline, knots=(spline.knots[0][::-1], spline.knots[1][:-1]))
+
+    monkeypatch.setattr(cad, "one_spline", torn)
+    with pytest.raises(ExportError, match=r"part.step: the CAD kernel does not take this surface"):
+        write(tmp_path / "part.step")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_no_cad_file_can_be_of_is_refused(tmp_path):

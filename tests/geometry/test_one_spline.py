@@ -257,6 +257,20 @@ def test_a_jump_is_refused_and_not_followed_for_ever() -> None:
         approximated(graph(step, nil, nil), 1e-5, 0.02, 100_000)
 
 
+def test_a_crease_is_followed_and_its_turn_told() -> None:
+    def ridge(x: np.ndarray, _y: np.ndarray) -> np.ndarray:
+        return 0.1 * np.abs(x - 1.0 / 3.0)
+
+    def slope(x: np.ndarray, _y: np.ndarray) -> np.ndarray:
+        return 0.1 * np.sign(x - 1.0 / 3.0)
+
+    target = graph(ridge, slope, lambda x, _y: np.zeros_like(x))
+    spline = approximated(target, 1e-5, 0.01, 10_000)
+    assert error_of(target, spline) <= spline.deviation <= 1e-5
+    assert 0.05 < spline.turn < 0.25  # half the crease and somewhat beyond
+    assert np.diff(np.unique(spline.knots[0])).max() > 0.05  # and far from it spans stay wide
+
+
 def test_where_normals_turn_more_than_is_allowed_spans_are_halved() -> None:
     loose, strict = (approximated(waves(), 1e-2, turn, 10_000) for turn in (1.0, 1e-3))
     assert strict.count[0] > loose.count[0]

@@ -13,6 +13,8 @@ import sys
 import tempfile
 import threading
 import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,9 +34,11 @@ LONGEST_NAME = 60
 _MM = 1000.0  # the kernel's own unit is the millimetre
 _STEP_UNITS = {"mm": "MM", "cm": "CM", "m": "M", "in": "INCH"}
 _IGES_UNITS = {"mm": "MM", "cm": "CM", "m": "M", "in": "INCH"}
+_STEP = (".step", ".stp")
 _SCHEMA = "AP214IS"
 _CLOSE = 1e-4  # mm, told in the file: within this distance points are the same
 _LOOKED_AT = 3  # places between neighbouring knots where the file is held against the spline
+_MOST_LOOKED_AT = 300  # in either direction
 _KERNEL = "OCP"
 _ONE_AT_A_TIME = threading.Lock()  # the kernel's settings are its process's
 
@@ -58,10 +62,18 @@ class CadFacts:
 
 
 def what_lacks() -> str | None:
-    """The sentence that tells what to do where the CAD kernel is not installed; None where it is."""
+    """What to do where the CAD kernel is not installed, in a sentence; None where it is."""
     if importlib.util.find_spec(_KERNEL) is not None:
         return None
     return f"STEP and IGES need the CAD kernel, which is not installed: run {_command()}"
+
+
+def require_kernel(path: Path) -> None:
+    """Raise ExportError where the kernel for the file at `path` is missing or cannot be loaded."""
+    lacking = what_lacks()
+    if lacking is not None:
+        raise ExportError(f"{path}: {lacking}")
+    _Kernel(path)
 
 
 def write_cad(model: PatchSet, tolerance: float, path: Path, unit: Unit, name: str) -> CadFacts:
@@ -76,19 +88,14 @@ def write_cad(model: PatchSet, tolerance: float, path: Path, unit: Unit, name: s
     SurfaceError where the tolerance needs too many control points.
     """
     ending = require_ending(path, CAD_ENDINGS, "a CAD surface")
-    lacking = what_lacks()
-    if lacking is not None:
-        raise ExportError(f"{path}: {lacking}")
+    require_kernel(path)
     spline = one_spline(model, tolerance)
     with _ONE_AT_A_TIME, tempfile.TemporaryDirectory(prefix="georibbon-") as folder:
         kernel = _Kernel(path)
         place = Path(folder) / f"surface{'.step' if ending in _STEP else '.igs'}"
-        face = kernel.face(spline)
-        if ending in _STEP:
-            kernel.write_step(face, place, unit, plain_name(name))
-        else:
-            kernel.write_iges(face, place, unit, plain_name(name))
-        read_back = kernel.largest_distance(place, spline)
+        with kernel.in_words():
+            kernel.write(kernel.face(spline), place, unit, plain_name(name))
+            read_back = kernel.largest_distance(place, spline)
         if not read_back <= READ_BACK:
             raise ExportError(
                 f"{path}: what was read back from it lies {1e3 * read_back:.3g} mm from the "
@@ -96,9 +103,6 @@ def write_cad(model: PatchSet, tolerance: float, path: Path, unit: Unit, name: s
             )
         write_whole(path, place.read_bytes())
     return CadFacts(spline.deviation, spline.turn, spline.count, spline.smooth, read_back)
-
-
-_STEP = (".step", ".stp")
 
 
 def plain_name(name: str) -> str:
@@ -138,6 +142,32 @@ class _Kernel:
         """One of its packages; they are thousands of classes without types."""
         return importlib.import_module(f"{_KERNEL}.{name}")
 
+    @contextmanager
+    def in_words(self) -> Iterator[None]:
+        """What the kernel throws in this block comes as an ExportError.
+
+        Its errors have no class in common; those it has not named are RuntimeErrors.
+        """
+        try:
+            yield
+        except Exception as error:
+            if type(error).__module__.startswith(_KERNEL) or isinstance(error, RuntimeError):
+                raise self._refused(error or type(error).__name__) from error
+            raise
+
+    def _refused(self, why: object) -> ExportError:
+        return ExportError(
+            f"{self._path}: the CAD kernel does not take this surface ({why}); look at the "
+            "surface's checks in the report, or write .stl, .obj or .ply"
+        )
+
+    def write(self, face: Any, place: Path, unit: Unit, name: str) -> None:
+        """Write a face into a file, whose ending tells the format."""
+        if place.suffix == ".step":
+            self.write_step(face, place, unit, name)
+        else:
+            self.write_iges(face, place, unit, name)
+
     def face(self, spline: OneSpline) -> Any:
         """The spline as a face with its natural boundary."""
         surface = self._module("Geom").Geom_BSplineSurface(
@@ -149,16 +179,10 @@ class _Kernel:
         )
         made = self._module("BRepBuilderAPI").BRepBuilderAPI_MakeFace(surface, 1e-6)
         if not made.IsDone():
-            raise ExportError(
-                f"{self._path}: the CAD kernel makes no face of the surface ({made.Error()}); "
-                "write .stl, .obj or .ply"
-            )
+            raise self._refused(made.Error())
         face = made.Face()
         if not self._module("BRepCheck").BRepCheck_Analyzer(face).IsValid():
-            raise ExportError(
-                f"{self._path}: the CAD kernel finds the surface's face unsound; look at the "
-                "surface's checks in the report, or write .stl, .obj or .ply"
-            )
+            raise self._refused("its face is unsound")
         return face
 
     def _poles(self, control: FloatArray) -> Any:
@@ -239,10 +263,7 @@ class _Kernel:
     def _require(self, status: Any) -> None:
         done = self._module("IFSelect").IFSelect_RetDone
         if status is not True and status != done:
-            raise ExportError(
-                f"{self._path}: the CAD kernel could not write it ({status}); "
-                "write .stl, .obj or .ply"
-            )
+            raise self._refused(status)
 
     def largest_distance(self, place: Path, spline: OneSpline) -> float:
         """Metres between a file's one face and the spline, at the largest; infinite for another."""
@@ -275,8 +296,11 @@ class _Kernel:
 
 
 def _places(knots: FloatArray) -> FloatArray:
-    """Parameters at and between the knots."""
+    """Parameters at and between the knots, spread over all where they are many."""
     distinct = np.unique(knots)
     share = np.arange(_LOOKED_AT + 1) / (_LOOKED_AT + 1)
     between = distinct[:-1, None] + np.diff(distinct)[:, None] * share
-    return np.append(between.ravel(), distinct[-1])
+    every = np.append(between.ravel(), distinct[-1])
+    count = min(len(every), _MOST_LOOKED_AT)
+    places: FloatArray = every[np.linspace(0, len(every) - 1, count).round().astype(int)]
+    return places

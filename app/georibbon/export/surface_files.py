@@ -41,13 +41,11 @@ def require_cad(path: Path, thickness: float | None) -> None:
     """
     if path.suffix.lower() not in CAD_ENDINGS:
         return
-    from georibbon.export.cad import what_lacks
+    from georibbon.export.cad import require_kernel
 
     if thickness is not None:
         raise no_solid(path)
-    lacking = what_lacks()
-    if lacking is not None:
-        raise ExportError(f"{path}: {lacking}")
+    require_kernel(path)
 
 
 def no_solid(path: Path) -> ExportError:
@@ -61,7 +59,8 @@ def no_solid(path: Path) -> ExportError:
 def in_words(facts: "CadFacts") -> str:
     """What was found of a spline, as one says it."""
     along, across = facts.count
+    corners = "" if facts.smooth else "; corners in its lines at the passes (c1-lines has none)"
     return (
         f"one spline within {1e3 * facts.deviation:.2g} mm and {math.degrees(facts.turn):.2g}° of "
-        f"the patches, {along} × {across} control points, read back"
+        f"the patches, {along} × {across} control points, read back{corners}"
     )

@@ -42,13 +42,15 @@ MOST_CONTROL_POINTS = 100_000
 MOST_TURN = np.radians(1.0)
 FIRST_SPANS = 4
 ROUNDS = 24
-SHARE = 0.5  # of what is allowed, for either direction by itself
+SHARE = 0.4  # of what is allowed, for either direction by itself
 MARGIN = 1.1  # of the claim over the largest deviation that was found between the places looked at
 INSIDE = np.array([0.15, 0.325, 0.5, 0.675, 0.85])  # of a span or piece, where it is looked at
 AT_ONCE = 200_000  # points
 MOST_NATURAL = 2000
 SLOWEST = 0.3  # of a line's speed in its parameter, at a pass
 CORNER = 1e-6  # radians
+LEAST_FOR_TURN = 2e-3  # m: shorter spans are not halved for the sake of normals
+MOST_FOR_TURN = 8  # nor are lines cut into more pieces for it
 FOLDED = 0.1  # of the patches' J, below which normals are not compared
 
 
@@ -123,7 +125,8 @@ def one_spline(
     """The surface of the patches as one spline, nowhere farther from them than the tolerance.
 
     model: the passes and how the patches are laid between them (`Surface.plan`).
-    tolerance: metres; turn: radians, what normals may differ.  most: control points.
+    tolerance: metres; turn: radians, what normals should differ by at most (at a crease of
+    the surface they differ by more, which is told).  most: control points.
     Raises SurfaceError where that takes more control points than `most`.
     """
     return approximated(target_of(model), tolerance, turn, most)
@@ -213,22 +216,26 @@ def run_through(patches: Patches, pace: FloatArray, t: FloatArray) -> PatchGrid:
 
 
 def approximated(target: Target, tolerance: float, turn: float, most: int) -> OneSpline:
-    """The spline that follows a target within a tolerance, metres, and a turn, radians."""
+    """The spline that follows a target within a tolerance, metres.
+
+    Its normals are within a turn, radians, too, where spans and pieces of a sensible
+    size are enough for that: not at a crease.  Raises SurfaceError as `one_spline`.
+    """
     nodes = np.linspace(target.nodes[0], target.nodes[-1], FIRST_SPANS + 1)
     counts = np.ones(len(target.widths), dtype=np.int64)
-    limits = SHARE * np.array([tolerance, turn])
+    limits = np.array([tolerance, turn]) / MARGIN
     for _ in range(ROUNDS):
         if len(nodes) * columns_of(counts, target.smooth) > most:
             break
         spline = interpolated(target, nodes, counts)
-        coarse = (worst_pieces(target, spline, nodes, counts) > limits[:, None]).any(axis=0)
-        wide = (worst_spans(target, spline, nodes, counts) > limits[:, None]).any(axis=0)
+        pieces = worst_pieces(target, spline, nodes, counts)
+        coarse = too_much(pieces, SHARE * limits, counts < MOST_FOR_TURN)
+        wide = worst_columns(target, spline, nodes, counts) > SHARE * tolerance
         if not (coarse.any() or wide.any()):
-            found = claimed(target, spline, nodes, counts)
-            if found.deviation <= tolerance and found.turn <= turn:
-                return found
-            limits *= SHARE
-            continue
+            spans = worst_spans(target, spline, nodes, counts)
+            wide = too_much(spans, limits, np.diff(nodes) > LEAST_FOR_TURN)
+            if not wide.any():
+                return claiming(spline, MARGIN * spans.max(axis=1))
         counts = np.where(coarse, 2 * counts, counts)
         middles = 0.5 * (nodes[:-1] + nodes[1:])
         nodes = np.sort(np.concatenate([nodes, middles[wide]]))
@@ -236,6 +243,11 @@ def approximated(target: Target, tolerance: float, turn: float, most: int) -> On
         f"one spline within {1e3 * tolerance:g} mm of the surface needs more than {most} control "
         "points: choose a larger tolerance, or check the passes for jumps"
     )
+
+
+def too_much(worst: FloatArray, limits: FloatArray, for_turn: BoolArray) -> BoolArray:
+    """(n,) where deviation or, only where it counts, turn of (2, n) is beyond its limit."""
+    return np.asarray((worst[0] > limits[0]) | ((worst[1] > limits[1]) & for_turn))
 
 
 def columns_of(counts: IntArray, smooth: BoolArray) -> int:
@@ -282,18 +294,37 @@ def across_knots(seams: FloatArray, counts: IntArray, smooth: BoolArray) -> Floa
 # How far it is from it
 
 
+def worst_columns(
+    target: Target, spline: OneSpline, nodes: FloatArray, counts: IntArray
+) -> FloatArray:
+    """(n-1,) metres: how far the lines' control points leave the target's in each span."""
+    u = looked_at(target, nodes)
+    worst = np.zeros(len(nodes) - 1)
+    found = BSpline(spline.knots[0], spline.control, DEGREE)
+    for part in parts_of(u, spline.count[1]):
+        exact = np.concatenate(list(columns_at(target, u[part], counts)), axis=1)
+        apart = _size(found(u[part]) - exact).max(axis=1)
+        np.maximum.at(worst, spans_of(u[part], nodes), apart)
+    return worst
+
+
 def worst_spans(
     target: Target, spline: OneSpline, nodes: FloatArray, counts: IntArray
 ) -> FloatArray:
-    """(2, n-1) the largest deviation and turn in each span, on the lines' ends of pieces."""
-    u = looked_at(target, nodes)
-    span = np.clip(np.searchsorted(nodes, u, side="right") - 1, 0, len(nodes) - 2)
+    """(2, n-1) the largest deviation and turn in each span, everywhere across."""
+    u = np.union1d(looked_at(target, nodes), nodes)
+    count = int(counts.max())
+    t = np.union1d(((np.arange(count)[:, None] + INSIDE) / count).ravel(), [0.0, 1.0])
     worst = np.zeros((2, len(nodes) - 1))
-    for t in {int(count): np.arange(count + 1) / count for count in counts}.values():
-        for part, found in compared(target, spline, u, t):
-            for row, values in zip(worst, found, strict=True):
-                np.maximum.at(row, span[part], values.max(axis=(0, 2)))
+    for part, found in compared(target, spline, u, t):
+        for row, values in zip(worst, found, strict=True):
+            np.maximum.at(row, spans_of(u[part], nodes), values.max(axis=(0, 2)))
     return worst
+
+
+def spans_of(u: FloatArray, nodes: FloatArray) -> IntArray:
+    """(k,) the spans between nodes (n,) that parameters u (k,) lie in."""
+    return np.clip(np.searchsorted(nodes, u, side="right") - 1, 0, len(nodes) - 2).astype(np.int64)
 
 
 def worst_pieces(
@@ -316,13 +347,9 @@ def worst_pieces(
     return worst
 
 
-def claimed(target: Target, spline: OneSpline, nodes: FloatArray, counts: IntArray) -> OneSpline:
-    """The spline with what it claims: the largest found off the nodes, and a margin."""
-    u = np.union1d(looked_at(target, nodes), nodes)
-    count = int(counts.max())
-    t = np.union1d(((np.arange(count)[:, None] + INSIDE) / count).ravel(), [0.0, 1.0])
-    parts = [found for _, found in compared(target, spline, u, t)]
-    deviation, turn = (MARGIN * max(float(part[k].max()) for part in parts) for k in (0, 1))
+def claiming(spline: OneSpline, claim: FloatArray) -> OneSpline:
+    """The spline with its claim: deviation and turn."""
+    deviation, turn = float(claim[0]), min(float(claim[1]), np.pi)
     return OneSpline(spline.control, spline.knots, spline.seams, deviation, turn, spline.smooth)
 
 
@@ -355,14 +382,19 @@ def tilted(slopes: FloatArray, grid: PatchGrid) -> FloatArray:
     """(q, k, m) radians of slopes (q, k, m, 3) out of the tangent planes, 0 where there is none."""
     own = cross(grid.along, grid.across)
     angle = np.arctan2(np.abs(dot(slopes, own)), _size(cross(slopes, own)))
-    return np.where(grid.turn > FOLDED, angle, 0.0)
+    return np.where(upright(grid), angle, 0.0)
 
 
 def turned(normals: FloatArray, grid: PatchGrid) -> FloatArray:
     """(q, k, m) radians between normals (q, k, m, 3) and the target's, 0 where it has none."""
     own = cross(grid.along, grid.across)
     angle = np.arctan2(_size(cross(normals, own)), dot(normals, own))
-    return np.where(grid.turn > FOLDED, angle, 0.0)
+    return np.where(upright(grid), angle, 0.0)
+
+
+def upright(grid: PatchGrid) -> BoolArray:
+    """(q, k, m) where a target has a normal: neither folded nor pinched."""
+    return np.asarray((grid.turn > FOLDED) & (_size(grid.across) > PINCHED))
 
 
 def _size(vectors: FloatArray) -> FloatArray:
