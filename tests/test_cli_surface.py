@@ -204,12 +204,12 @@ def test_a_stretch_that_tells_no_normal_is_told(tmp_path, capsys):
 def test_what_is_refused(curves, tmp_path, capsys):
     out = ["--surface", tmp_path / "s.stl"]
     for text, expected in (
-        ("x,y,z\n0,0,0\n1,0,0\n2,0,1\n3,0,1\n", "1 pass cannot span a surface"),
+        ("x,y,z\n0,0,0\n1,0,0\n2,0,1\n3,0,1\n", "1 of 1 curve is a pass, at least 2"),
         (
-            "pass,x,y,z\nP7,0,0,0\nP7,0,0,0\nP7,2,0,1\nP7,3,0,1\n",
+            "pass,x,y,z\nP7,0,0,0\nP7,0,0,0\nP7,2,0,1\nP7,3,0,1\nP8,0,1,0\n",
             "P7: its points 1 and 2 are the same",
         ),
-        ("pass,x,y,z\nP7,0,0,0\n", "P7: it has 1 points"),
+        ("pass,x,y,z\nP7,0,0,0\nP8,0,1,0\n", "P7: it has 1 point, at least 4"),
         ("x,y\n1,2\n", "no column z"),
     ):
         source = tmp_path / "bad.csv"

@@ -17,6 +17,7 @@ from georibbon.reconstruction import FittedPass, Quality, Reconstruction
 from georibbon.recording import PassKind
 from georibbon.ribbon import Ribbon
 from georibbon.session.curves_file import BareCurve
+from georibbon.session.words import counted
 from georibbon.threads import one_thread
 
 LEAST_PASSES = 2
@@ -65,6 +66,7 @@ def lay(
     Raises SurfaceError, with the curve's name, where a curve or all of them do
     not determine it.
     """
+    require_passes(curves)
     require_near(curves)
     with one_thread():
         laid = _faced([_framed(one, framing, measured) for one in curves])
@@ -84,8 +86,6 @@ def lay(
 def _faced(curves: list[LaidCurve]) -> tuple[LaidCurve, ...]:
     """The curves, those whose normals were found faced as the others are."""
     passes = [one for one in curves if one.kind == "pass"]
-    if len(passes) < LEAST_PASSES:
-        return tuple(curves)
     strips = faced([one.strip for one in passes], [not one.framed.measured for one in passes])
     side = dict(zip((one.name for one in passes), strips, strict=True))
     for one in curves:
@@ -103,6 +103,16 @@ def _side(passes: Sequence[LaidCurve]) -> list[Notice]:
         "that faces up (z) was taken: it decides where --thickness goes"
     )
     return [Notice("side-taken", message)]
+
+
+def require_passes(curves: Sequence[BareCurve]) -> None:
+    """Raise SurfaceError unless there are curves enough to lay a surface through."""
+    count = sum(one.kind == "pass" for one in curves)
+    if count < LEAST_PASSES:
+        raise SurfaceError(
+            f"{count} of {counted(len(curves), 'curve')} is a pass, at least {LEAST_PASSES} are "
+            "needed for a surface: name each curve in a column pass, or part them by blank lines"
+        )
 
 
 def require_near(curves: Sequence[BareCurve]) -> None:

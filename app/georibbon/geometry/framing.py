@@ -38,7 +38,7 @@ CURVATURE_NOISE = 0.01  # 1/m: what the positions' smoothing leaves of noise
 LEFT_OF_WHITE = np.sqrt(np.pi / 9.0)
 BEND_LENGTH = 0.64  # m: the normals' cut is the geometric mean of this and the positions'
 FINEST_BEND = 0.02  # m
-MEDIAN_OF_CHI_SQUARE = {1: 0.4549, 3: 2.3660}
+MEDIAN_OF_CHI_SQUARE = {1: 0.4549, 2: 1.3863, 3: 2.3660}
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def frame_curve(
     """
     check_curve(points, s, normals)
     places = arc_length(points) if s is None else s - s[0]
-    noise = noise_of(places, points)
+    noise = noise_of(places, points, 2 if s is None else 3)
     cut = position_cut(places, noise) if settings.position_cut is None else settings.position_cut
     if s is None and cut > 0.0:  # noise lengthens a curve
         places = arc_length(points, cut)
@@ -179,7 +179,7 @@ def check_curve(points: FloatArray, s: FloatArray | None, normals: FloatArray | 
     count = len(points)
     if points.shape != (count, 3) or count < LEAST_POINTS:
         raise SurfaceError(
-            f"it has {count} points, at least {LEAST_POINTS} are needed for a curve: give more"
+            f"it has {count} point{'s' * (count != 1)}, at least {LEAST_POINTS} are needed for a curve"
         )
     for values, what, size in ((s, "arc lengths", 1), (normals, "normals", 3)):
         if values is not None and values.size != size * count:
@@ -248,20 +248,23 @@ def arc_length(points: FloatArray, cut: float = 0.0) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
-def noise_of(s: FloatArray, values: FloatArray) -> float:
+def noise_of(s: FloatArray, values: FloatArray, shown: int | None = None) -> float:
     """The standard deviation of noise in values (n, c) at s (n,), each column, in their unit.
 
     The median of differences of the fourth, sixth and eighth order, the least
     of the three: differences of noise stay as large as it is, those of a smooth
-    curve vanish with the order.  c is 1 or 3.  0 for fewer than 13 places.
+    curve vanish with the order.  c is 1 or 3.  shown: in how many directions the
+    noise shows, all where not given; 2 of 3 where s is the length of the points
+    themselves, which hides it along the curve.  0 for fewer than 13 places.
     """
     if len(s) < ORDERS[-1] + 5:
         return 0.0
-    return min(_difference(s, values, order) for order in ORDERS)
+    least = min(_difference(s, values, order) for order in ORDERS)
+    return float(np.sqrt(least / MEDIAN_OF_CHI_SQUARE[shown or values.shape[1]]))
 
 
 def _difference(s: FloatArray, values: FloatArray, order: int) -> float:
-    """The usual divided difference of an order, scaled as if by coefficients of unit length."""
+    """The median square of the divided differences of an order, their coefficients of length 1."""
     every = 1 + len(s) // MOST_WINDOWS
     windows = sliding_window_view(s, order + 1)[::every]
     scaled = windows * (order / (windows[:, -1:] - windows[:, :1]))
@@ -270,8 +273,7 @@ def _difference(s: FloatArray, values: FloatArray, order: int) -> float:
     factors /= np.sqrt(np.sum(factors**2, axis=1, keepdims=True))
     parts = sliding_window_view(values, order + 1, axis=0)[::every]
     found = np.einsum("kj,kcj->kc", factors, parts)
-    squares = np.sum(found**2, axis=1)
-    return float(np.sqrt(np.median(squares) / MEDIAN_OF_CHI_SQUARE[values.shape[1]]))
+    return float(np.median(np.sum(found**2, axis=1)))
 
 
 def position_cut(s: FloatArray, noise: float) -> float:
