@@ -152,7 +152,7 @@ class _Kernel:
             yield
         except Exception as error:
             if type(error).__module__.startswith(_KERNEL) or isinstance(error, RuntimeError):
-                raise self._refused(error or type(error).__name__) from error
+                raise self._refused(str(error) or type(error).__name__) from error
             raise
 
     def _refused(self, why: object) -> ExportError:
