@@ -179,7 +179,7 @@ def check_curve(points: FloatArray, s: FloatArray | None, normals: FloatArray | 
     count = len(points)
     if points.shape != (count, 3) or count < LEAST_POINTS:
         raise SurfaceError(
-            f"it has {count} point{'s' * (count != 1)}, at least {LEAST_POINTS} are needed for a curve"
+            f"it has {count} point{'s' * (count != 1)}, at least {LEAST_POINTS} are needed"
         )
     for values, what, size in ((s, "arc lengths", 1), (normals, "normals", 3)):
         if values is not None and values.size != size * count:
