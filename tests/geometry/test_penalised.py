@@ -144,3 +144,9 @@ def test_exact_values_are_left_nearly_as_they_are():
 def test_what_means_nothing_is_refused(s, cut, weights, told):
     with pytest.raises(SurfaceError, match=told):
         PenalisedFit(np.array(s), cut, None if weights is None else np.array(weights))
+
+
+def test_places_too_uneven_for_the_numbers_are_refused():
+    s = np.append(np.linspace(0.0, 1e-3, 300), 1e4)
+    with pytest.raises(SurfaceError, match="too unevenly"):
+        penalised_spline(s, np.sin(1e3 * s), 1e-4, order=3)
