@@ -7,8 +7,7 @@ import numpy as np
 
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.errors import SurfaceError
-from georibbon.geometry.components import inner, interleaved
-from georibbon.geometry.frames import cross
+from georibbon.geometry.components import crossed, dotted, inner, interleaved, outer
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,14 +75,23 @@ def cells_of(rows: int, columns: int) -> IntArray:
 
 def facets(mesh: Mesh) -> FloatArray:
     """(m, 3) m²: each triangle's outward normal times its area."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    halves: FloatArray = 0.5 * cross(b - a, c - a)
+    return outer(facet_components(mesh))
+
+
+def facet_components(mesh: Mesh) -> FloatArray:
+    """(3, m) the same, component by component."""
+    corners = mesh.triangles.T
+    across = [np.take(component, corners) for component in inner(mesh.vertices)]
+    first, second = (np.stack([one[k] - one[0] for one in across]) for k in (1, 2))
+    halves = crossed(first, second)
+    halves *= 0.5
     return halves
 
 
 def area(mesh: Mesh) -> float:
     """The mesh's area, m²."""
-    return float(np.sum(np.linalg.norm(facets(mesh), axis=1)))
+    halves = facet_components(mesh)
+    return float(np.sum(np.sqrt(dotted(halves, halves))))
 
 
 def volume(mesh: Mesh) -> float:
