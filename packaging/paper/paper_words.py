@@ -176,18 +176,19 @@ FIGURES_FR = {
     12: Words(
         "Binormales de courbes calculées",
         "Les cinq géodésiques de l'arche inégale, un point tous les 4 mm, chaque coordonnée avec "
-        "une erreur de 0,01 mm ; aucune normale n'est donnée. Binormales tirées des points, lissés "
-        "comme leur bruit le demande, et la surface qui en part.",
+        "une erreur de 0,001 mm ; aucune normale n'est donnée. Les binormales de l'article sont "
+        "celles des points tels quels, les normales de Georibbon celles de points lissés comme "
+        "leur bruit le demande ; et la surface qui en part.",
         "Les binormales de géodésiques calculées sur une surface libre tremblent, et la surface "
         "qui en part aussi.",
-        "Une binormale demande des dérivées secondes, qu'un centième de millimètre suffit à gâter "
-        "là où la courbe se courbe peu. Georibbon trouve les mêmes normales par l'angle doublé, "
-        "qui pèse chaque endroit selon sa courbure.",
+        "Une binormale demande des dérivées secondes, qu'un millième de millimètre suffit à gâter "
+        "là où la courbe se courbe peu. Georibbon mesure le bruit, lisse les points d'autant, et "
+        "trouve les normales par l'angle doublé, qui pèse chaque endroit selon sa courbure.",
     ),
     13: Words(
         "Binormales lissées",
         "Les cinq géodésiques de l'arche inégale, un point tous les 4 mm, chaque coordonnée avec "
-        "une erreur de 0,01 mm ; aucune normale n'est donnée. Binormales lissées sur 100 mm. En "
+        "une erreur de 0,001 mm ; aucune normale n'est donnée. Binormales lissées sur 100 mm. En "
         "outre, la déchirure aux inflexions des courbes en S de la figure 4 avec les mêmes "
         "erreurs, la pire de cinq tirages.",
         "Les mêmes binormales après un ajustement par B-splines aux moindres carrés, et une "

@@ -46,21 +46,21 @@ LENGTHS: Choices = (
     ("arc", N_("circular arc"), N_("Exact on spheres and cylinders; a good choice everywhere")),
     ("unit", N_("as long as the chord"), N_("Flatter between the passes than an arc")),
     ("criterion1", N_("even speed (criterion 1)"), N_("Lines across run at an even speed")),
-    ("criterion2", N_("even steps (criterion 2)"), N_(
-        "The distance and the lengths across change evenly, as numbers"
+    ("criterion2", N_("even curvature (criterion 2)"), N_(
+        "The curvature of the lines across changes in size as little as it can"
     )),
-    ("criterion2-vector", N_("even steps, as vectors"), N_(
-        "The chord and the tangents across change evenly, as vectors"
+    ("criterion2-vector", N_("even curvature, with its direction"), N_(
+        "The curvature of the lines across changes in size and direction as little as it can"
     )),
-    ("criterion3", N_("least bending (criterion 3)"), N_(
-        "The lines across bend as little as they can"
+    ("criterion3", N_("least torsion (criterion 3)"), N_(
+        "The lines across twist as little as they can"
     )),
-    ("criterion4", N_("least bending, free direction (criterion 4)"), N_(
-        "The directions are chosen too, so that lines across bend least"
+    ("criterion4", N_("least torsion, free direction (criterion 4)"), N_(
+        "The directions are chosen too, so that the lines across twist least"
     )),
     ("bending", N_("least bending energy"), N_("The lines across hold the least bending energy")),
-    ("curvature-variation", N_("most even curvature"), N_(
-        "The curvature of the lines across changes as little as it can"
+    ("curvature-variation", N_("most even curvature, at any scale"), N_(
+        "The curvature changes as little as it can along the lines across, whatever their size"
     )),
     (OWN, N_("my factors"), N_("The factors of the chord given below, at either pass")),
 )  # fmt: skip

@@ -1,6 +1,7 @@
 """Figures 12 and 13: normals from curves whose points are not exact."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -25,11 +26,12 @@ from georibbon.paper_figures.curves import waved
 from georibbon.paper_figures.figure import Choice, Figure, Whose
 from georibbon.paper_figures.known_surfaces import COLOURS, arch_passes
 
-NOISE = 1e-5  # m, of every coordinate
+NOISE = 1e-6  # m, of every coordinate
 SPACING = 0.1  # m, of the paper's B-splines' knots
+AS_THEY_ARE = partial(FramingSettings, position_cut=0.0)  # the paper smooths binormals alone
 SITUATION = (
     "The five geodesics of the uneven arch, a point every 4 mm, each coordinate with an error of "
-    "0.01 mm; no normals are given. "
+    "0.001 mm; no normals are given. "
 )
 
 
@@ -38,16 +40,17 @@ def figure_12() -> Figure:
     return Figure(
         12,
         "Binormals of computed curves",
-        SITUATION + "Binormals from the points, smoothed as their noise asks for, and the surface "
-        "from them.",
+        SITUATION + "The paper's binormals are of the points as they are, the default's normals of "
+        "points that are smoothed as their noise asks for; and the surface from them.",
         "Binormals of geodesics that were computed on a free-form surface waver, and so does the "
         "surface that starts from them.",
-        "A binormal needs second derivatives, which a hundredth of a millimetre is enough to "
-        "spoil wherever the curve bends little. The default finds the same normals by the doubled "
-        "angle, which weighs every place by how much it bends.",
+        "A binormal needs second derivatives, which a thousandth of a millimetre is enough to "
+        "spoil wherever the curve bends little. The default measures the noise, smooths the points "
+        "so far, and finds the normals by the doubled angle, which weighs every place by how much "
+        "it bends.",
         (
-            _choice("binormals as they come", "paper", FramingSettings("raw")),
-            _choice("binormals kept from turning over", "paper", FramingSettings("continuous")),
+            _choice("binormals as they come", "paper", AS_THEY_ARE("raw")),
+            _choice("binormals kept from turning over", "paper", AS_THEY_ARE("continuous")),
             _choice("Georibbon's default", "georibbon", None),
         ),
         main=("normal_rms_deg", "normal_max_deg", "rms_mm", "max_mm"),
@@ -58,7 +61,7 @@ def figure_12() -> Figure:
 
 def figure_13() -> Figure:
     """The surface from smoothed binormals."""
-    smoothed = FramingSettings("spline", normal_cut=SPACING)
+    smoothed = AS_THEY_ARE("spline", normal_cut=SPACING)
     wide = FramingSettings("doubled-angle", normal_cut=SPACING)
     return Figure(
         13,
