@@ -9,12 +9,19 @@ those what is free was chosen so that two other figures of the same situation ar
 met: the error with tangents as long as the chord ("unit"), and that of a spline
 through the passes' points across, without their normals ("loft"): the cone's
 half angle and gap, the saddle's gap, an ellipsoid's second axis and gap, the
-distances and the shift of a cone's two passes, the gap and the shift of a
-sphere's (of which the error along conormals is known in the place of the loft's),
-the unevenness and the breadth of an arch, and a hood's
-ripples (which meet the two within 6 and 13 %).  What the table asks of "arc",
-"criterion1" and "criterion2-vector" is then the reference's.  Not all follows
-from two figures: where a situation is less alike, a figure may lie far below.
+distance and the shift of a cone's two passes, and the unevenness and the breadth
+of an arch (a random net, the second of two tried).  A sphere's two passes meet
+"unit" and the error along conormals in the place of the loft's.  The hood meets
+the two within 6 and 13 % only, and is one of several kinds of ripples tried, so
+that it says less than the others.
+
+Of the pairs for the correspondence, the torus' are placed by the figures of
+fractions and of trimmed feet along the chord and of trimmed feet along the
+conormal, the sphere's by that of fractions along the conormal, the cone's by
+those of fractions and of arc lengths along the conormal: these cells agree by
+choice, and the rest is what is found.  That cone is not the same as the one
+above it; no pair on a hood was found that met the reference's fractions and
+trimmed feet at once, so that nothing is asked of the bonnet's.
 
     .venv/bin/python benchmarks/criteria.py [--lines N] [--compared N]
 """
