@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from georibbon.errors import SettingsError, SurfaceError
 from georibbon.geometry.closest import closest_point
 from georibbon.geometry.frames import Strip, arc_angles
+from georibbon.geometry.geodesics import directions_at, geodesics
 from georibbon.geometry.mesh import (
     Mesh,
     area,
@@ -22,6 +23,7 @@ from georibbon.geometry.mesh import (
 from georibbon.geometry.reference import (
     Bonnet,
     Cylinder,
+    Ellipsoid,
     ReferenceSurface,
     Saddle,
     Torus,
@@ -278,6 +280,34 @@ def test_a_pass_whose_places_do_not_ascend_is_refused_by_name() -> None:
     wrong = Strip(strips[0].s[::-1], strips[0].points, strips[0].frames)
     with pytest.raises(SurfaceError, match="pass P1 has places along the ribbon"):
         built([wrong, strips[1]])
+
+
+def test_a_pass_whose_frames_are_none_is_refused_by_name() -> None:
+    strips = plane_passes(0.0, 0.1)
+    wrong = Strip(strips[1].s, strips[1].points, 0.9 * strips[1].frames)
+    with pytest.raises(SurfaceError, match="pass P2 has frames that are not three unit vectors"):
+        built([strips[0], wrong])
+
+
+@pytest.mark.parametrize("angle", [1.0, 5.0, 20.0])
+def test_passes_that_begin_at_one_mark_span_a_surface_within_the_tolerance(angle: float) -> None:
+    ball = Ellipsoid()
+    turns = np.radians([-angle, angle])
+    directions = directions_at(ball, np.zeros((2, 2)), turns)
+    fan = list(geodesics(ball, np.zeros((2, 2)), directions, np.linspace(0.0, 0.6, 121)))
+    surface = built(fan, 5e-5)
+    corners = surface.mesh.vertices[surface.mesh.triangles]
+    middles = np.concatenate([corners.mean(axis=1), 0.5 * (corners + np.roll(corners, 1, 1))[:, 0]])
+    assert np.abs(np.linalg.norm(middles, axis=1) - 0.6).max() < 5e-5
+    assert len(surface.mesh.triangles) < 20_000
+    assert {check.code for check in surface.checks if check.verdict != "pass"} == {"pinch"}
+
+
+def test_a_large_object_has_edges_in_proportion() -> None:
+    strips = plane_passes(*(5.0 * k for k in range(5)), length=50.0)
+    surface = built(strips)
+    assert surface.area == pytest.approx(50.0 * 20.0)
+    assert len(surface.mesh.triangles) < 500_000
 
 
 def test_passes_that_lie_on_each_other_are_refused() -> None:

@@ -277,8 +277,8 @@ def overlap(match: PairMatch, pair: str) -> Check:
         message += ": start and end neighbouring passes level with each other"
     else:
         message += (
-            ", not enough to match them point by point, so equal shares of their lengths were "
-            "matched: check their order and places, or lay them side by side"
+            ", and their points do not follow each other side by side, so equal shares of their "
+            "lengths were matched: check their order and places, or lay them side by side"
         )
     return Check("overlap", "warn", match.overlap, "", pair, message)
 

@@ -5,16 +5,19 @@ import numpy as np
 from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.geometry.mesh import Mesh
 
+TOGETHER = 1e-6  # m
+
 
 def crossing_triangles(mesh: Mesh) -> IntArray:
     """(k, 2) pairs of triangles that cross, of those that share no vertex.
 
     Two triangles cross where an edge of one goes through the other; triangles
-    that merely touch, or overlap within one plane, are not counted.
+    that merely touch, or overlap within one plane, are not counted.  Vertices
+    within a micrometre are one: where passes begin at one mark, or close to a ring.
     """
-    corners = mesh.vertices[mesh.triangles]
+    corners, named = mesh.vertices[mesh.triangles], places_of(mesh.vertices)[mesh.triangles]
     first, second = near_pairs(corners)
-    apart = (mesh.triangles[first, :, None] != mesh.triangles[second, None, :]).all(axis=(1, 2))
+    apart = (named[first, :, None] != named[second, None, :]).all(axis=(1, 2))
     first, second = first[apart], second[apart]
     a, b = corners[first], corners[second]
     hit = np.zeros(len(a), dtype=bool)
@@ -22,6 +25,18 @@ def crossing_triangles(mesh: Mesh) -> IntArray:
         hit |= goes_through(a[:, k], a[:, (k + 1) % 3], b)
         hit |= goes_through(b[:, k], b[:, (k + 1) % 3], a)
     return np.stack([first[hit], second[hit]], axis=1)
+
+
+def places_of(points: FloatArray) -> IntArray:
+    """(n,) a number for each of (n, 3) points, the same for those that lie together."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    first, second = cKDTree(points).query_pairs(TOGETHER, output_type="ndarray").T
+    count = len(points)
+    near = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(count, count))
+    return np.asarray(connected_components(near, directed=False)[1], dtype=np.int64)
 
 
 def near_pairs(corners: FloatArray) -> tuple[IntArray, IntArray]:

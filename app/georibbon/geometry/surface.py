@@ -35,12 +35,15 @@ __all__ = ["Check", "Surface", "SurfaceSettings", "build_surface", "rebuilt"]
 
 LEAST_POINTS = 4
 MOST_TRIANGLES = 5_000_000
-GREATEST_EDGE = 0.02
+GREATEST_EDGE = 0.02  # m
+MOST_EDGES = 500  # from end to end of an object, that carry its deviations where it is large
 ANALYSIS_ROWS = 9
 SAME_LENGTH = 1e-9  # m
+SKEWED = 1e-3  # of the products of a frame's vectors
 # Shares of the tolerance for the chord error along, across and by twist; the rest is margin.
 STRETCH_SHARE = 0.35
 TWIST_SHARE = 0.2
+NARROW = 0.1  # of a patch's greatest width
 UPRIGHT = 0.3  # of `PatchGrid.turn`, above which no fold is looked for between its places
 
 
@@ -211,6 +214,12 @@ def check_strips(strips: Sequence[Strip], names: Sequence[str], least: int = 2) 
                 f"pass {name} has points or normals that are not numbers: "
                 "fit it again or leave it out"
             )
+        square = np.swapaxes(strip.frames, 1, 2) @ strip.frames
+        if np.abs(square - np.eye(3)).max() > SKEWED:
+            raise SurfaceError(
+                f"pass {name} has frames that are not three unit vectors square to each other: "
+                "make them so or fit it again"
+            )
         if (np.diff(strip.s) <= 0.0).any():
             raise SurfaceError(
                 f"pass {name} has places along the ribbon that do not ascend: sort them"
@@ -264,14 +273,14 @@ def subdivided(
 
     A triangle of a right-angled cell a by b leaves the patch by at most
     (|L| a² + 2 |M| a b + |N| b²) / 8 with L, M, N the second derivatives' parts
-    along the normal.  No edge is longer than 2 cm, so that deviations are
-    carried in detail.  Raises SurfaceError where the triangles would be too many.
+    along the normal.  No edge is longer than 2 cm, or a five-hundredth of a
+    large object, so that deviations are carried in detail.  Raises SurfaceError
+    where the triangles would be too many.
     """
     v, rows = np.linspace(0.0, 1.0, ANALYSIS_ROWS), sample.control.shape[-2]
-    normals = grid.normals
     stretch = 8.0 * STRETCH_SHARE * tolerance
     speed_u = np.sqrt(dot(grid.along, grid.along))
-    speed_v = np.sqrt(dot(grid.across, grid.across))
+    speed_v, normals = widths_and_normals(grid)
     bends = basis(v, 0, rows) @ sample.bend
     twists, crossways = basis(v, 1, rows) @ sample.slope, basis(v, 2, rows) @ sample.control
     for i, lift in enumerate(sample.cells.lifts if sample.cells is not None else ()):
@@ -279,13 +288,27 @@ def subdivided(
             for of, more in zip((bends, twists, crossways), lift.bends(u, v), strict=True):
                 of[i] += more
     twist = normal_part(twists, normals)
-    rate = np.sqrt(twist / np.maximum(speed_u * speed_v, 1e-12) / (4.0 * TWIST_SHARE * tolerance))
-    rate = np.maximum(rate, 1.0 / GREATEST_EDGE)
+    rate = np.sqrt(twist / np.maximum(speed_u, PINCHED) / speed_v / (4.0 * TWIST_SHARE * tolerance))
+    size = float(np.linalg.norm(np.ptp(grid.points.reshape(-1, 3), axis=0)))
+    rate = np.maximum(rate, 1.0 / max(GREATEST_EDGE, size / MOST_EDGES))
     along = np.sqrt(normal_part(bends, normals) / stretch)
     across = np.sqrt(normal_part(crossways, normals) / stretch)
     density = np.maximum(along, speed_u * rate).max(axis=(0, 2))
     counts = np.ceil(np.maximum(across, speed_v * rate).max(axis=(1, 2))).astype(np.int64)
     return equal_shares(u, density, int(counts.sum())), counts
+
+
+def widths_and_normals(grid: PatchGrid) -> tuple[FloatArray, FloatArray]:
+    """|F_v| (..., k, m) and unit normals (..., k, m, 3), sound too where passes meet in a point.
+
+    Where a patch narrows to less than a tenth of its greatest width it counts as
+    so wide, and below a millimetre the passes' own normals are taken: both then
+    ask for cells of a finite size, and of no larger ones than the patch needs.
+    """
+    speed = np.sqrt(dot(grid.across, grid.across))
+    least = np.maximum(PINCHED, NARROW * speed.max(axis=(-2, -1), keepdims=True))
+    normals = np.where((speed < PINCHED)[..., None], grid.reference, grid.normals)
+    return np.maximum(speed, least), normals
 
 
 def normal_part(derivative: FloatArray, normals: FloatArray) -> FloatArray:
@@ -304,7 +327,7 @@ def equal_shares(u: FloatArray, density: FloatArray, columns: int) -> FloatArray
         raise SurfaceError(
             f"this tolerance needs about {triangles:.1e} triangles, at most "
             f"{MOST_TRIANGLES:.0e} are made: choose a larger tolerance, "
-            "or check the passes for jumps"
+            "or check the passes for jumps and for places where one turns back on itself"
         )
     nodes = np.interp(np.linspace(0.0, total[-1], rows + 1), total, u)
     nodes[[0, -1]] = u[[0, -1]]
