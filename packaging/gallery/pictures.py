@@ -33,6 +33,7 @@ OF_MANUAL = {
     "passes": "panel-passes",
     "review": "review",
     "curves": "panel-curves",
+    "checks": "panel-checks",
     "export": "export-surface",
 }
 OF_README = {

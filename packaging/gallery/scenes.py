@@ -140,6 +140,7 @@ def review(stage: Stage) -> None:
     for name in ("surface", "view", "history", "log", "checks"):
         window.docks[name].raise_()
         stage.take(f"review-{name}")
+    stage.take("panel-checks", window.docks["checks"])
     window.docks["passes"].raise_()
     window.docks["curves"].raise_()
     _choose_pass(stage)
@@ -297,7 +298,7 @@ NAMES = (
     "capture-plan", "capture-live", "capture-survey",
     "review", "review-surface", "review-view", "review-history", "review-log", "review-checks",
     "review-pass",
-    "panel-passes", "panel-curves", "curves-torsion", "curves-residuals",
+    "panel-passes", "panel-curves", "panel-checks", "curves-torsion", "curves-residuals",
     "colours-gaussian", "colours-mean", "colours-normal", "colours-deviation", "colours-zebra",
     "colours-plain", "tool-point", "tool-distance", "tool-section",
     "export-surface", "export-curves", "export-report", "export-recording",

@@ -49,7 +49,7 @@ SHORT = {
     "end_speed": "ends at {}",
     "line_length": "length {}",
     "geodesic_curvature_max_per_m": "geodesic curvature {} 1/m",
-    "curve_error_max_mm": "exact tangents: {} mm",
+    "curve_error_max_mm": "exact: {} mm",
     "end_error_mm": "end {} mm",
     "end_error_expected_mm": "expected {} mm",
     "curves_rms_mm": "curves rms {} mm",
@@ -145,16 +145,18 @@ def _draw_plots(panels: list[Axes], figure: Figure) -> None:
     highest = max(float(line.y.max()) for plot in plots for line in plot.lines)
     for k, (panel, plot) in enumerate(zip(panels, plots, strict=True)):
         box = panel.get_position()
-        panel.set_position((box.x0 + 0.05, box.y0 + 0.09, box.width - 0.06, box.height - 0.11))
+        panel.set_position((box.x0 + 0.065, box.y0 + 0.09, box.width - 0.075, box.height - 0.11))
         for colour, line in zip(LINES, plot.lines, strict=False):
             panel.plot(line.x, line.y, color=colour, label=line.name, linewidth=1.6)
         panel.grid(True)
         panel.set(xlabel=plot.x, ylabel=plot.y if k == 0 else "")
+        panel.yaxis.labelpad = 1.0
         if plot.logarithmic:
             panel.set_yscale("log")
             panel.set_ylim(SMALLEST * highest, 2.0 * highest)
             panel.yaxis.set_major_formatter("{x:g}")
-        panel.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.66))
+        if k == 0:  # the lines are the same in all
+            panel.legend(frameon=False, loc="lower right", handlelength=1.2, borderaxespad=0.2)
 
 
 def _write_words(panel: Axes, choice: Choice, main: Sequence[str], scale: float) -> None:
@@ -166,7 +168,7 @@ def _write_words(panel: Axes, choice: Choice, main: Sequence[str], scale: float)
     panel.set_title(
         choice.name, color=colour, fontweight="bold", fontsize=1.75 * scale, pad=4.0 * scale / 4
     )
-    depth = -0.23 if isinstance(choice.drawing, Plot) else -0.02
+    depth = -0.33 if isinstance(choice.drawing, Plot) else -0.02
     told = numbers_told(choice, main)
     lines = [choice.verdict, ", ".join(told[:2]), ", ".join(told[2:])]
     for k, line in enumerate(lines):
