@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from georibbon.geometry.checks import self_crossing
-from georibbon.geometry.crossings import crossing_triangles
+from georibbon.geometry.crossings import crossing_triangles, near_pairs
+from georibbon.geometry.frames import Strip, frames_from
 from georibbon.geometry.mesh import Mesh
 from georibbon.geometry.patch import PatchGrid
 from georibbon.geometry.surface import SurfaceSettings, build_surface
@@ -58,6 +59,25 @@ def test_neighbours_and_parallel_triangles_do_not_cross() -> None:
     assert len(crossing_triangles(Mesh(vertices, triangles, vertices))) == 0
     flat = Mesh(vertices[[0, 1, 2, 0, 1, 2]], np.array([[0, 1, 2], [3, 4, 5]]), vertices)
     assert len(crossing_triangles(flat)) == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_within_one_plane_nothing_crosses_wherever_it_lies(seed: int) -> None:
+    mesh, rng = soup(60, seed), np.random.default_rng(seed)
+    turned = Rotation.from_rotvec(rng.normal(size=3)).apply(mesh.vertices * [1.0, 1.0, 0.0])
+    plane = Mesh(turned + rng.normal(size=3), mesh.triangles, mesh.normals)
+    assert len(near_pairs(plane.vertices[plane.triangles])[0]) > 100
+    assert len(crossing_triangles(plane)) == 0
+
+
+def test_rings_of_a_pipe_do_not_run_through_themselves() -> None:
+    angle = np.linspace(0.0, 1.975 * np.pi, 80)
+    out = np.stack([np.cos(angle), np.sin(angle), np.zeros(80)], axis=1)
+    frames = frames_from(np.stack([-out[:, 1], out[:, 0], out[:, 2]], axis=1), out)
+    strips = [Strip(0.1 * angle, 0.1 * out + [0.0, 0.0, z], frames) for z in (0.0, 0.05, 0.1, 0.15)]
+    surface = build_surface(strips, "abcd", SurfaceSettings())
+    check = next(check for check in surface.checks if check.code == "self-crossing")
+    assert check.verdict == "pass", check.message
 
 
 def looped() -> PatchGrid:

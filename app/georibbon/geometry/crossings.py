@@ -6,6 +6,7 @@ from georibbon.arrays import BoolArray, FloatArray, IntArray
 from georibbon.geometry.mesh import Mesh
 
 TOGETHER = 1e-6  # m
+TOUCHING = 1e-9  # m: an edge that reaches no farther through a plane merely touches it
 
 
 def crossing_triangles(mesh: Mesh) -> IntArray:
@@ -54,15 +55,19 @@ def near_pairs(corners: FloatArray) -> tuple[IntArray, IntArray]:
 def goes_through(start: FloatArray, end: FloatArray, triangles: FloatArray) -> BoolArray:
     """(k,) whether segments (k, 3) to (k, 3) go through triangles (k, 3, 3).
 
-    Möller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
+    Möller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997; both ends
+    must lie clear of the triangle's plane, or rounding would decide within one plane.
     """
     along = end - start
     e1, e2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     p, t = np.cross(along, e2), start - triangles[:, 0]
     determinant = np.sum(e1 * p, axis=1)
-    q = np.cross(t, e1)
-    flat = determinant == 0.0
-    scale = 1.0 / np.where(flat, 1.0, determinant)
-    u, v, w = (np.sum(x * y, axis=1) * scale for x, y in ((t, p), (along, q), (e2, q)))
-    through: BoolArray = ~flat & (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (w > 0.0) & (w < 1.0)
-    return through
+    q, square = np.cross(t, e1), np.cross(e1, e2)
+    before = np.sum(e2 * q, axis=1)  # the start's height over the plane, times |square|
+    beyond = determinant - before  # the end's depth below it
+    least = TOUCHING * np.sqrt(np.sum(square**2, axis=1))
+    through = (np.minimum(before, beyond) > least) | (np.maximum(before, beyond) < -least)
+    scale = 1.0 / np.where(through, determinant, 1.0)
+    u, v = (np.sum(x * y, axis=1) * scale for x, y in ((t, p), (along, q)))
+    inside: BoolArray = through & (u > 0.0) & (v > 0.0) & (u + v < 1.0)
+    return inside
