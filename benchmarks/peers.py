@@ -75,7 +75,7 @@ class Score:
 def cases(words: Sequence[str]) -> list[Case]:
     """The situations, or those that have one of the words in their names."""
     cone = Cone(30.0)
-    more: Case = ("cone", cone, rows(cone, [0.6, 0.7, 0.8, 0.9, 1.0], [0.8] * 5))
+    more: Case = ("steep cone", cone, rows(cone, [0.6, 0.7, 0.8, 0.9, 1.0], [0.8] * 5))
     known = [case for case, _ in lengths_cases() if case[0] not in LEFT_OUT]
     found = [known[0], more, *known[1:]]
     return [one for one in found if not words or any(word in one[0] for word in words)]
