@@ -39,6 +39,8 @@ from georibbon.session.words import told
 MAX_BYTES = 200_000_000
 MAX_POINTS = 1_000_000
 MAX_CURVES = 10_000
+MAX_COLUMNS = 1000
+MAX_LINE = 1_000_000  # characters
 FARTHEST = 1e5  # m
 GREATEST = 1e9  # of a normal's parts
 SEPARATORS = (",", ";", "\t")
@@ -131,7 +133,7 @@ def _table(
 
 def _lines(text: str, separator: str, source: Source) -> Iterator[tuple[int, list[str]]]:
     """Each line with its number; its fields are none where it is blank."""
-    reader = csv.reader(StringIO(text, newline=""), delimiter=separator, strict=True)
+    reader = csv.reader(_bounded(text, source), delimiter=separator, strict=True)
     while True:
         number = reader.line_num + 1
         try:
@@ -140,7 +142,23 @@ def _lines(text: str, separator: str, source: Source) -> Iterator[tuple[int, lis
             return
         except csv.Error as error:
             source.refuse(f"line {number} cannot be read ({error}); write the file anew")
+        if len(fields) > MAX_COLUMNS:
+            source.refuse(
+                f"line {number} has {len(fields)} columns, at most {MAX_COLUMNS} are read; write "
+                "the file anew"
+            )
         yield number, fields if any(field.strip() for field in fields) else []
+
+
+def _bounded(text: str, source: Source) -> Iterator[str]:
+    """The text line by line; a longer one would fill the memory with its fields."""
+    for number, line in enumerate(StringIO(text, newline=""), 1):
+        if len(line) > MAX_LINE:
+            source.refuse(
+                f"line {number} has {len(line)} characters, at most {MAX_LINE} are read; write the "
+                "file anew"
+            )
+        yield line
 
 
 def _groups(
