@@ -244,3 +244,31 @@ def test_the_input_stays_as_it_is(curves, tmp_path):
     shutil.copy(curves, copy)
     lay(copy, "--report", tmp_path / "r.json")
     assert copy.read_bytes() == curves.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["--angles=5,5,5,5"], "--angles is for --direction angles"),
+        (["--angles=5,5,5,5", "--direction=chord"], "--angles is for --direction angles"),
+        (["--interior=g2", "--lengths=criterion1"], "--lengths has no effect here, as --interior"),
+        (
+            ["--interior=g2", "--direction=chord"],
+            "--direction has no effect here, as --interior g2",
+        ),
+        (["--interior=c1-lines", "--direction=chord"], "as --interior c1-lines takes its place"),
+        (["--interior=c1-lines", "--lengths=criterion4"], "as --interior c1-lines takes its place"),
+        (["--lengths=criterion4", "--direction=section"], "as --lengths criterion4 takes its"),
+    ],
+)
+def test_what_another_word_takes_the_place_of_is_refused(curves, tmp_path, words, named, capsys):
+    told = refused(curves, f"--surface={tmp_path / 'a.stl'}", *words, capsys=capsys)
+    assert named in told
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_angles_may_begin_below_zero(curves, tmp_path, capsys):
+    words = [curves, "--direction", "angles", "--angles"]
+    lay(*words, "-20,-20,-20,-20", "--report", tmp_path / "a.json", capsys=capsys)
+    settings = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))["settings"]
+    assert settings["angles"] == [-20.0] * 4

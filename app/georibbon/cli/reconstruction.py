@@ -1,7 +1,7 @@
 """``georibbon reconstruct``: the main job."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +18,14 @@ from georibbon.export.files import (
     SURFACE_ENDINGS,
     require_ending,
 )
-from georibbon.geometry.settings import CORRESPONDENCES, DIRECTIONS, INTERIORS, LENGTHS, TANGENTS
+from georibbon.geometry.settings import (
+    CORRESPONDENCES,
+    DIRECTIONS,
+    INTERIORS,
+    LENGTHS,
+    TANGENTS,
+    SurfaceSettings,
+)
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
@@ -327,6 +334,8 @@ def with_session(
     settings = _settings(arguments, {**taken, **asked})
     if settings.surface is None:
         taken = {place: value for place, value in taken.items() if place[1] not in OF_SURFACE}
+    else:
+        require_heard(settings.surface, [key for _, key in asked])
     told = [
         f"from the session: {setting_in_words(whose, key)}, {_in_words(key, value)}"
         for (whose, key), value in taken.items()
@@ -374,6 +383,28 @@ def _settings(
         if getattr(arguments, option) is not None:
             raise SettingsError(f"--{option} is of the surface; name its file with --surface")
     return replace(settings, surface=None)
+
+
+def require_heard(surface: SurfaceSettings, asked: Collection[str]) -> None:
+    """Raise SettingsError where a surface's setting was asked for and another takes its place.
+
+    asked: the settings' keys.
+    """
+    lost = [] if surface.uses_direction else ["direction", "angles"]
+    if not surface.uses_lengths or (surface.lengths == "criterion4" and surface.interior != "g1"):
+        lost.append("lengths")
+    rival = "lengths criterion4" if surface.interior == "g1" else f"interior {surface.interior}"
+    for option in lost:
+        if f"surface.{option}" in asked:
+            raise SettingsError(
+                f"--{option} has no effect here, as --{rival} takes its place; leave one of them "
+                "out"
+            )
+    if "surface.angles" in asked and surface.direction != "angles":
+        raise SettingsError(
+            "--angles is for --direction angles; ask for that direction too, or leave the angles "
+            "out"
+        )
 
 
 def _in_words(key: str, value: object) -> str:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 from georibbon.cli.arguments import Parser, zero_or_millimetres
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_notices, print_surface
-from georibbon.cli.reconstruction import SURFACE_FILES, add_surface, check_cad, write_surfaces
+from georibbon.cli.reconstruction import (
+    SURFACE_FILES,
+    add_surface,
+    check_cad,
+    require_heard,
+    write_surfaces,
+)
 from georibbon.errors import ExportError
 from georibbon.export.files import (
     CURVES_ENDINGS,
@@ -152,11 +158,13 @@ def _settings(arguments: argparse.Namespace) -> SurfaceSettings:
     from georibbon.session.settings import OF_SURFACE, SURFACE, with_setting
 
     settings = ReconstructionSettings()
-    for key in OF_SURFACE:
-        value = getattr(arguments, key.removeprefix(SURFACE))
-        if value is not None:
-            settings = with_setting(settings, "*", key, value)
-    return settings.surface or SurfaceSettings()
+    asked = {key: getattr(arguments, key.removeprefix(SURFACE)) for key in OF_SURFACE}
+    asked = {key: value for key, value in asked.items() if value is not None}
+    for key, value in asked.items():
+        settings = with_setting(settings, "*", key, value)
+    surface = settings.surface or SurfaceSettings()
+    require_heard(surface, asked)
+    return surface
 
 
 def _write(laid: "Laid", outputs: Outputs, arguments: argparse.Namespace) -> dict[Path, str]:
