@@ -18,8 +18,10 @@ from georibbon.geometry.framing import (
     frame_curve,
     framed,
     noise_of,
+    position_cut,
 )
 from georibbon.geometry.geodesics import directions_at, geodesics
+from georibbon.geometry.penalised import penalised_spline
 from georibbon.geometry.reference import Bonnet
 from georibbon.geometry.settings import NORMAL_RULES
 from georibbon.rotations import exp
@@ -105,6 +107,33 @@ def test_noise_is_smoothed_by_itself_and_the_strip_is_nearer_to_the_truth(noise)
     angles = np.degrees(arc_angles(side * found.strip.normals, PATH.normals))
     assert np.sqrt(np.mean(angles**2)) < 2.0
     assert degrees(raw.normals, PATH.normals) > 45.0
+
+
+@pytest.mark.parametrize("noise", [1e-5, 1e-4])
+def test_the_smoothing_of_points_leaves_so_much_curvature_of_their_noise(noise):
+    s, left = np.linspace(0.0, 4.0, 801), []
+    cut = position_cut(s, noise)
+    inside = (s > cut) & (s < 4.0 - cut)
+    for seed in range(20):
+        smooth = penalised_spline(s, noisy(np.zeros((len(s), 3)), noise, seed), cut, order=3)
+        left.append(smooth(s[inside], nu=2))
+    assert np.sqrt(np.mean(np.square(left))) == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.parametrize("size", [1.0, 0.1, 0.01])
+def test_normals_of_exact_curves_are_as_good_on_small_objects(size):
+    found = framed(size * PATH.points)
+    side = np.sign(dot(found.normals, PATH.normals)[0])
+    assert degrees(side * found.normals, PATH.normals) < 0.02
+
+
+def test_normals_of_noisy_curves_follow_small_objects_too():
+    wrong = []
+    for seed in range(4):
+        found = framed(noisy(0.1 * PATH.points, 1e-6, seed))
+        side = np.sign(dot(found.normals, PATH.normals)[80])
+        wrong.append(np.degrees(arc_angles(side * found.normals, PATH.normals)))
+    assert np.sqrt(np.mean(np.square(wrong))) < 0.45
 
 
 def test_noise_does_not_lengthen_a_smoothed_curve():
@@ -219,6 +248,13 @@ def test_straight_stretches_of_found_normals_are_told():
     assert frame_curve(bent, None, upright).straight == ()
 
 
+@pytest.mark.parametrize("noise", [1e-5, 1e-4, 1e-3])
+def test_a_line_with_noise_is_told_as_straight_however_much_it_is_smoothed(noise):
+    line = np.linspace(0.0, 1.0, 101)[:, None] * [1.0, 0.0, 0.0]
+    ((start, end),) = frame_curve(noisy(line, noise)).straight
+    assert end - start > 0.9
+
+
 LINE = np.stack([S, 0 * S, 0.1 * S**2], axis=1)
 UP = np.tile([0.0, 0.0, 1.0], (len(S), 1))
 
@@ -241,6 +277,7 @@ def changed(values, row, value):
         (LINE, changed(S, 5, np.inf), None, "arc lengths are finite"),
         (LINE, S[:-1], None, "161 points and 160 arc lengths"),
         (LINE, 1e3 * S, None, "same unit"),
+        (LINE, 1.1 * S, None, "arc length runs over"),
         (LINE, None, UP[:-1], "161 points and 160 normals"),
         (LINE, None, changed(UP, 3, np.nan), "normals are finite"),
         (LINE, None, changed(UP, 3, 0.0), "normal at point 4 is zero"),

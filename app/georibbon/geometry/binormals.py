@@ -27,7 +27,7 @@ STEPS = 3
 GREATEST_STEP = 0.5  # radians a step towards no geodesic curvature
 STRAIGHT = 0.05  # 1/m: a curvature that tells no normal
 STRAIGHT_CUTS = 2.0
-STRAIGHT_SHARE = 0.2  # of the curve
+STRAIGHT_SHARES = 0.2, 0.5  # of the curve, at least so much and never more
 PLACES_A_KNOT = 4
 LEAST_TURN = 1e-6  # radians over the whole curve
 
@@ -173,12 +173,12 @@ def straight_stretches(bend: Bend, cut: float) -> tuple[tuple[float, float], ...
     """(from, to) metres of every stretch that is too straight, too long, to tell normals.
 
     The curvature, smoothed over `cut` metres (0: as it is), is below 0.05 1/m
-    there, over more than two cuts and a fifth of the curve.
+    there, over more than two cuts and a fifth of the curve, or over half of it.
     """
     parts = np.stack([bend.along, bend.across], axis=1)
     if cut > 0.0:
         parts = penalised_spline(bend.s, parts, cut)(bend.s)
-    least = max(STRAIGHT_CUTS * cut, STRAIGHT_SHARE * float(np.ptp(bend.s)))
+    least = float(np.clip(STRAIGHT_CUTS * cut, *(np.ptp(bend.s) * np.array(STRAIGHT_SHARES))))
     ends = runs(np.hypot(parts[:, 0], parts[:, 1]) < STRAIGHT)
     found = [(float(bend.s[first]), float(bend.s[last])) for first, last in ends]
     return tuple((a, b) for a, b in found if b - a > least)

@@ -38,6 +38,7 @@ CURVATURE_NOISE = 0.01  # 1/m: what the positions' smoothing leaves of noise
 LEFT_OF_WHITE = np.sqrt(np.pi / 9.0)
 BEND_LENGTH = 0.64  # m: the normals' cut is the geometric mean of this and the positions'
 FINEST_BEND = 0.02  # m
+BEND_SHARE, FINEST_SHARE = 2.0, 0.04  # both at most, of the length: small objects bend sharply
 MEDIAN_OF_CHI_SQUARE = {1: 0.4549, 2: 1.3863, 3: 2.3660}
 
 
@@ -160,7 +161,7 @@ def _with_normals(
     bend = bend_of(s, points, tangents, bent)
     if normals is None:
         over = settings.normal_cut
-        over = max(np.sqrt(BEND_LENGTH * cut), FINEST_BEND) if over is None else over
+        over = bend_cut(s, cut) if over is None else over
         found = normals_from_bend(bend, settings.normals, over)
         straight = straight_stretches(bend, over)
         return Framed(
@@ -290,6 +291,13 @@ def position_cut(s: FloatArray, noise: float) -> float:
     spacing = length / (len(s) - 1)
     rate = LEFT_OF_WHITE * (2.0 * np.pi) ** 2 / CURVATURE_NOISE
     return float(min((rate * noise * np.sqrt(spacing)) ** 0.4, 0.5 * length, MOST_CUT))
+
+
+def bend_cut(s: FloatArray, cut: float) -> float:
+    """Metres: the smoothing of normals that are found, of points smoothed over `cut` metres."""
+    length = float(s[-1] - s[0])
+    finest = min(FINEST_BEND, FINEST_SHARE * length)
+    return max(float(np.sqrt(min(BEND_LENGTH, BEND_SHARE * length) * cut)), finest)
 
 
 def roll_cut(s: FloatArray, roll: FloatArray) -> float:
