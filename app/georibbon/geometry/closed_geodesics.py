@@ -8,7 +8,7 @@ least, s the arc length from there and phi the azimuth,
 
 that is r = r0 / cos((phi - phi0) sin a), and with the normal outwards
 
-    kn = -r0² cot(a) / r³,   tg = r0 s cot(a) / r³
+    k = tau'.N = -r0² cot(a) / r³,   t = V'.N = r0 s cot(a) / r³
 
 as the azimuth grows.  (Sprynski et al. 2008 print the height of their cone as
 atan a times the distance from the axis; it must be 1 / tan a, or the curves
@@ -77,7 +77,10 @@ def cone_distances(cone: Cone, nearest: float, angles: FloatArray) -> FloatArray
 
 
 def cone_curvatures(cone: Cone, nearest: float, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Normal curvature and geodesic torsion V' . N, (n,) each, 1/m, of `cone_geodesic`."""
+    """Normal curvature and geodesic torsion V' . N, (n,) each, 1/m, of `cone_geodesic`.
+
+    As `georibbon.geometry.frames.curvatures` gives them; the source paper's torsion is N' . V.
+    """
     half = np.radians(cone.half_angle)
     slant = nearest / np.sin(half)
     rho = np.hypot(slant, s)

@@ -77,8 +77,9 @@ class OneSpline:
 
     control: (n, m, 3) metres.  knots: (n+4,) of u, metres along the middle pass,
     and (m+4,) of w, metres across, clamped.  seams: (q+1,) w of the passes.
-    deviation: metres, that it lies within from what it stands for.  turn:
-    radians, the same of the normals, where there is a normal to compare.
+    deviation: metres, that it lies within from what it stands for, measured
+    between its knots with a tenth to spare.  turn: radians, the same of the
+    normals, where there is a normal to compare.
     smooth: whether it is continuously differentiable everywhere.
     """
 

@@ -39,8 +39,8 @@ OF_THIRD = np.outer(DIFFERENCES[1] - DIFFERENCES[0], DIFFERENCES[1] - DIFFERENCE
 class PenalisedFit:
     """The equations of a penalised spline, banded: (B^T W B + mu P) c = B^T W y.
 
-    s: (n,) metres, ascending strictly, n >= 2.  cut: metres, above 0.
-    weights: (n,) not negative, above 0 at two points or more; 1 where not given.
+    s: (n,) metres, ascending strictly, n >= order.  cut: metres, above 0.
+    weights: (n,) not negative, above 0 at `order` points or more; 1 where not given.
     order: 2 or 3, of the derivative that is kept small.
     Raises SurfaceError where they do not determine a spline.
     """

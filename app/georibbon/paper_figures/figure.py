@@ -22,8 +22,8 @@ class Model:
     """A surface in space with what lies on it.
 
     grids: patches of points (k, m, 3), metres; normals: their unit normals, as
-    many.  values: (k, m) for each grid, what colours it, in `View.unit`; empty
-    where it has one colour.  arrows: (n, 3) from and (n, 3) to, metres.
+    many.  values: (k, m) for each grid, what colours it (see `Figure.colours`);
+    empty where it has one colour.  arrows: (n, 3) from and (n, 3) to, metres.
     """
 
     grids: tuple[FloatArray, ...] = ()
