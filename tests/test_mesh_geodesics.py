@@ -90,6 +90,16 @@ def test_a_geodesic_may_begin_or_end_at_its_point(start: float, end: float) -> N
     np.testing.assert_allclose(strip.points[:, 0], 0.1 + s, atol=1e-9)
 
 
+@pytest.mark.parametrize("samples", [2, 3, 5])
+def test_a_geodesic_may_be_asked_for_at_few_places(samples: int) -> None:
+    mesh = ball(4)
+    geodesics, start, end = geodesics_of(mesh), onto(mesh, FIRST), onto(mesh, SECOND)
+    dense = geodesics.shortest(start, end, samples=1 + 60 * (samples - 1))
+    few = geodesics.shortest(start, end, samples=samples)
+    np.testing.assert_allclose(few.points, dense.points[::60], atol=2e-4)
+    np.testing.assert_allclose(np.linalg.det(few.frames), 1.0, atol=1e-9)
+
+
 def test_two_points_of_one_triangle_are_joined_straight() -> None:
     strip = PLANE.shortest(on_plane(0.01, 0.02), on_plane(0.03, 0.03), samples=20)
     np.testing.assert_allclose(strip.points, np.linspace(*strip.points[[0, -1]], 20), atol=1e-9)

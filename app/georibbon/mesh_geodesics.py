@@ -158,10 +158,10 @@ class MeshGeodesics:
         points = points[np.concatenate([[True], gaps > 1e-12])]
         path = np.concatenate([[0.0], np.cumsum(gaps[gaps > 1e-12])])
         path *= s[-1] / path[-1]
-        at = np.linspace(0.0, s[-1], 8 * len(s))
-        sampled = np.stack([np.interp(at, path, column) for column in points.T], axis=1)
         facet = float(np.percentile(gaps, 90))
         count = int(s[-1] / np.clip(FACETS * facet, KNOTS, s[-1] / LEAST))
+        at = np.linspace(0.0, s[-1], 8 * max(len(s), count))
+        sampled = np.stack([np.interp(at, path, column) for column in points.T], axis=1)
         curve = _spline(at, sampled, count)
         # By its own arc length, and as long as the polyline: smoothing cuts corners by microns.
         speed = np.linalg.norm(curve(at, 1), axis=1)
