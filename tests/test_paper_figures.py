@@ -10,6 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from georibbon.export.paper.pictures import SHORT, picture_of, told_number
+from georibbon.geometry.frenet import continued
 from georibbon.geometry.settings import SurfaceSettings
 from georibbon.paper_figures import NAMES, NUMBERS, Figure, figure
 from georibbon.paper_figures.building import (
@@ -24,7 +25,6 @@ from georibbon.paper_figures.curves import (
     binormals,
     flat_arc,
     half_ellipse,
-    kept_turning,
     screw,
     strip_along,
     towards,
@@ -189,7 +189,7 @@ def test_the_derivatives_of_a_curve_are_those_of_its_points(jet):
 
 @pytest.mark.parametrize("jet", JETS)
 def test_a_curve_with_its_binormals_is_a_strip(jet):
-    strip = strip_along(jet, kept_turning(binormals(jet)))
+    strip = strip_along(jet, continued(binormals(jet)))
     steps = np.linalg.norm(np.diff(strip.points, axis=0), axis=1)
     assert np.diff(strip.s) == pytest.approx(steps, rel=1e-3)
     product = np.swapaxes(strip.frames, 1, 2) @ strip.frames
@@ -200,9 +200,6 @@ def test_a_curve_with_its_binormals_is_a_strip(jet):
 
 def test_vectors_are_turned_round_to_agree():
     vectors = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.1], [0.0, 1.0, 0.2], [0.0, 1.0, 0.3]])
-    kept = kept_turning(vectors)
-    assert (np.sum(kept[1:] * kept[:-1], axis=1) > 0.0).all()
-    assert kept[0].tolist() == vectors[0].tolist()
     back = np.array([0.0, -1.0, 0.0])
     assert (towards(vectors, np.broadcast_to(back, vectors.shape)) @ back > 0.0).all()
 

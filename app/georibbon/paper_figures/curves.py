@@ -92,14 +92,6 @@ def binormals(jet: Jet) -> FloatArray:
     return unit(cross(jet.first, jet.second))
 
 
-def kept_turning(vectors: FloatArray) -> FloatArray:
-    """(n, 3) the same vectors, each turned round where it points away from the one before."""
-    steps = dot(vectors[1:], vectors[:-1])
-    signs = np.cumprod(np.concatenate([[1.0], np.where(steps < 0.0, -1.0, 1.0)]))
-    kept: FloatArray = signs[:, None] * vectors
-    return kept
-
-
 def towards(vectors: FloatArray, ahead: FloatArray) -> FloatArray:
     """(n, 3) the same vectors, each turned round where it points away from `ahead` (n, 3)."""
     turned: FloatArray = np.where(dot(vectors, ahead) < 0.0, -1.0, 1.0)[:, None] * vectors

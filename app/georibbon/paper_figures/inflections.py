@@ -2,6 +2,7 @@
 
 from georibbon.geometry.frames import Strip, unit
 from georibbon.geometry.framing import framed
+from georibbon.geometry.frenet import continued
 from georibbon.paper_figures.building import (
     DEFAULT,
     Built,
@@ -17,7 +18,6 @@ from georibbon.paper_figures.building import (
 from georibbon.paper_figures.curves import (
     binormals,
     flat_arc,
-    kept_turning,
     screw,
     strip_along,
     towards,
@@ -32,7 +32,7 @@ def waves() -> tuple[list[Strip], list[Strip]]:
     """Two plane S-curves 0.24 m apart: with their binormals as they come, and kept turning."""
     jets = waved(-0.12, 0.05), waved(0.12, 0.035, 0.3)
     raw = [strip_along(jet, binormals(jet)) for jet in jets]
-    kept = [strip_along(jet, kept_turning(binormals(jet))) for jet in jets]
+    kept = [strip_along(jet, continued(binormals(jet))) for jet in jets]
     return raw, facing(kept)
 
 
@@ -94,7 +94,7 @@ def turning() -> tuple[list[Strip], list[Strip]]:
     ahead = unit(jets[1].points - jets[0].points)
     arc = strip_along(jets[1], binormals(jets[1]))
     facing_arc = strip_along(jets[0], towards(binormals(jets[0]), ahead))
-    kept = strip_along(jets[0], kept_turning(binormals(jets[0])))
+    kept = strip_along(jets[0], continued(binormals(jets[0])))
     return facing([facing_arc, arc]), facing([kept, arc])
 
 
