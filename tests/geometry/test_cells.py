@@ -173,6 +173,18 @@ def test_what_is_added_has_the_derivatives_it_says():
     np.testing.assert_allclose(bends[1], (more.across - less.across) / 2e-5, atol=1e-4)
 
 
+@pytest.mark.parametrize("change", [lambda ties: ties, spoilt])
+def test_what_is_added_does_not_depend_on_how_finely_it_is_tabulated(change, monkeypatch):
+    """It runs out on the passes by itself, without a jump of its slope that nodes would show."""
+    ties, v, parts = change(laid()[1]), (np.arange(32) + 0.5) / 32, []
+    for nodes in (33, 129):
+        monkeypatch.setattr("georibbon.geometry.cells.NODES", nodes)
+        parts.append([lift.parts(v) for lift in modelled(ties)[0].cells.lifts])
+    for coarse, fine in zip(*parts, strict=True):
+        assert np.abs(fine).max() > 1e-4
+        np.testing.assert_allclose(coarse, fine, atol=1e-6)
+
+
 def test_between_ties_cells_come_much_closer_to_the_truth_than_strips_alone():
     strips, ties = laid()
     lifts = modelled(ties)[0].cells.lifts
@@ -238,6 +250,10 @@ def test_how_a_tie_was_run_or_faced_does_not_matter(change):
     other = build_surface(strips, NAMES, CELLS, ties=turned)
     np.testing.assert_allclose(other.mesh.vertices, one.mesh.vertices, atol=1e-9)
     np.testing.assert_allclose(other.mesh.normals, one.mesh.normals, atol=1e-7)
+    found, again = (
+        {(each.code, each.where): each.value for each in surface.checks} for surface in (one, other)
+    )
+    assert again == pytest.approx(found, abs=1e-6)
 
 
 def test_the_surface_moves_with_its_passes_and_ties():

@@ -111,7 +111,7 @@ def test_the_chain_is_of_second_order_with_links_equally_long(name: str) -> None
     assert errors[-1] < 2e-5
     links = np.linalg.norm(np.diff(chains[-1].points, axis=0), axis=1)
     np.testing.assert_allclose(links, links.mean(), rtol=2e-3)
-    assert max(chain.steps for chain in chains) <= 12
+    assert max(chain.steps for chain in chains) <= 6  # only with the whole Hessian
 
 
 def test_on_an_oblate_ellipsoid_it_is_as_long_as_geographiclib_says() -> None:
