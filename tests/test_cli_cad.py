@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 
 import pytest
 
@@ -66,6 +67,20 @@ def test_a_batch_writes_them_for_each(small_capture, tmp_path, capsys):
     assert one["status"] == "done"
     assert one["files"] == ["dome.step", "dome.iges"]
     assert (tmp_path / "dome.step").read_text().startswith("ISO-10303-21;")
+
+
+@pytest.mark.usefixtures("no_work")
+def test_an_interrupt_while_the_kernel_loads_is_one(small_capture, tmp_path, capsys, monkeypatch):
+    def load(_path):
+        signal.raise_signal(signal.SIGINT)
+        loaded.append(True)
+
+    loaded: list[bool] = []
+    monkeypatch.setattr("georibbon.export.cad.require_kernel", load)
+    assert main(["reconstruct", str(small_capture), f"--surface={tmp_path / 'part.step'}"]) == 130
+    assert loaded == [True]  # it came to its end, undisturbed
+    assert capsys.readouterr().err == "georibbon: interrupted\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.usefixtures("no_work")

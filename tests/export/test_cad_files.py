@@ -222,6 +222,23 @@ def test_a_kernel_that_cannot_be_loaded_is_told(tmp_path, monkeypatch):
         write(tmp_path / "part.step")
 
 
+def test_a_kernel_that_is_not_whole_is_told_with_what_installs_it(tmp_path, monkeypatch):
+    def half(name):
+        raise ModuleNotFoundError(f"No module named 'OCP.{name}'")
+
+    monkeypatch.setattr(cad._Kernel, "_module", staticmethod(half))
+    with pytest.raises(ExportError, match=r"not whole \(No module named .* anew: .*make cad"):
+        require_cad(tmp_path / "part.step", None)
+
+
+@pytest.mark.parametrize("ending", [".step", ".igs"])
+def test_a_full_disk_is_not_blamed_on_the_surface(tmp_path, ending):
+    kernel = cad._Kernel(tmp_path / "part")
+    place = tmp_path / "nowhere" / f"surface{ending}"
+    with pytest.raises(ExportError, match=r"temporary files, .*; make room there"):
+        kernel.write(kernel.face(spline()), place, "mm", "part")
+
+
 def test_what_the_kernel_throws_comes_in_a_sentence(tmp_path, monkeypatch):
     whole = cad.one_spline
 

@@ -285,8 +285,9 @@ def check_cad(surfaces: Sequence[Path], thickness: float | None) -> None:
     if any(path.suffix.lower() in CAD_ENDINGS for path in surfaces):
         from georibbon.export.surface_files import require_cad
 
-        for path in surfaces:
-            require_cad(path, thickness)
+        with signals_held():  # the kernel takes an interrupt while it loads for a fault of its own
+            for path in surfaces:
+                require_cad(path, thickness)
 
 
 def _calibration(path: Path | None) -> "Calibration | None":

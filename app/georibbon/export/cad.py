@@ -128,6 +128,10 @@ class _Kernel:
         self._path = path
         try:
             self._module("Message").Message.DefaultMessenger_s().ChangePrinters().Clear()
+        except ModuleNotFoundError as error:
+            raise ExportError(
+                f"{path}: the CAD kernel is not whole ({error}); install it anew: {_command()}"
+            ) from error
         except ImportError as error:
             raise ExportError(
                 f"{path}: the CAD kernel cannot be loaded ({error}); install the system's library "
@@ -221,7 +225,7 @@ class _Kernel:
         model = writer.Model()
         self._name_product(model, name)
         self._head(model, unit, name)
-        self._require(writer.Write(str(place)))
+        self._require_written(writer.Write(str(place)), place)
 
     def _name_product(self, model: Any, name: str) -> None:
         """The product's name, to which the kernel otherwise adds a number that it counts up."""
@@ -258,12 +262,21 @@ class _Kernel:
         section.SetSystemId(text(f"Georibbon {georibbon.__version__}"))
         section.SetReceiveName(text(name))
         model.SetGlobalSection(section)
-        self._require(writer.Write(str(place)))
+        self._require_written(writer.Write(str(place)), place)
+
+    def _done(self, status: Any) -> bool:
+        return status is True or status == self._module("IFSelect").IFSelect_RetDone
 
     def _require(self, status: Any) -> None:
-        done = self._module("IFSelect").IFSelect_RetDone
-        if status is not True and status != done:
+        if not self._done(status):
             raise self._refused(status)
+
+    def _require_written(self, status: Any, place: Path) -> None:
+        if not self._done(status):
+            raise ExportError(
+                f"{self._path}: the CAD kernel cannot write into the folder for temporary files, "
+                f"{place.parent.parent} ({status}); make room there"
+            )
 
     def largest_distance(self, place: Path, spline: OneSpline) -> float:
         """Metres between a file's one face and the spline, at the largest; infinite for another."""
