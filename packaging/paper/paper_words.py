@@ -188,9 +188,10 @@ FIGURES_FR = {
     13: Words(
         "Binormales lissées",
         "Les cinq géodésiques de l'arche inégale, un point tous les 4 mm, chaque coordonnée avec "
-        "une erreur de 0,001 mm ; aucune normale n'est donnée. Binormales lissées sur 100 mm. En "
-        "outre, la déchirure aux inflexions des courbes en S de la figure 4 avec les mêmes "
-        "erreurs, la pire de cinq tirages.",
+        "une erreur de 0,001 mm ; aucune normale n'est donnée. Binormales lissées sur 100 mm, pour "
+        "l'article celles des points tels quels, sinon celles de points lissés comme leur bruit le "
+        "demande. En outre, la déchirure aux inflexions des courbes en S de la figure 4 avec les "
+        "mêmes erreurs, la pire de cinq tirages.",
         "Les mêmes binormales après un ajustement par B-splines aux moindres carrés, et une "
         "surface lisse qui en part.",
         "Lisser répare des binormales qui tremblent, mais non celle qui s'est retournée, car "

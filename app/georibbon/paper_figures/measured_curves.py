@@ -66,8 +66,9 @@ def figure_13() -> Figure:
     return Figure(
         13,
         "Smoothed binormals",
-        SITUATION + "Binormals smoothed over 100 mm. Besides, the tear at the inflections of the "
-        "S-curves of figure 4 with the same errors, the worst of five draws.",
+        SITUATION + "Binormals smoothed over 100 mm, the paper's of the points as they are, the "
+        "others of points that are smoothed as their noise asks for. Besides, the tear at the "
+        "inflections of the S-curves of figure 4 with the same errors, the worst of five draws.",
         "The same binormals after a least-squares fit by B-splines, and a smooth surface from "
         "them.",
         "Smoothing mends binormals that waver; it cannot mend one that has turned over, for the "
@@ -106,7 +107,8 @@ def _choice(name: str, whose: Whose, framing: FramingSettings | None) -> Choice:
 
 def _told(rule: FramingSettings) -> str:
     cut = "" if rule.normal_cut is None else f" {1e3 * rule.normal_cut:.0f} mm"
-    return f"normals {rule.normals}{cut}; {DEFAULT}"
+    points = ", points as they are" if rule.position_cut == 0.0 else ""
+    return f"normals {rule.normals}{cut}{points}; {DEFAULT}"
 
 
 def noisy_passes(rule: FramingSettings) -> list[Strip]:
