@@ -135,6 +135,8 @@ def test_other_columns_are_left_with_a_notice_tangents_without(place):
         ("x,y,z,nx,ny\n1,2,3,4,5\n", "nx, ny alone"),
         ("x,y,z\n", "no point below its header"),
         ("pass,x,y,z\nA,1,2,3\nA,1,2\n", "line 3 has 3 fields of 4"),
+        ("x,y,z\n0,5,1,5,2,5\n", "line 2 has 6 fields under a header of 3; decimal commas need"),
+        ("\nx,y,z,,\n1,2,3,a,b\n1,2,3,,,c", "line 4 has 6 fields under a header of 5"),
         ("pass,x,y,z\n,1,2,3\n", "line 2: the curve is called"),
         ("pass,x,y,z\nA\u202eB,1,2,3\n", "printable"),
         ("pass,x,y,z\n" + "A" * 201 + ",1,2,3\n", "1 to 200"),

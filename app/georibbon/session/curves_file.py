@@ -134,6 +134,7 @@ def _table(
 def _lines(text: str, separator: str, source: Source) -> Iterator[tuple[int, list[str]]]:
     """Each line with its number; its fields are none where it is blank."""
     reader = csv.reader(_bounded(text, source), delimiter=separator, strict=True)
+    width: int | None = None  # of the first line that is not blank, the header
     while True:
         number = reader.line_num + 1
         try:
@@ -147,7 +148,16 @@ def _lines(text: str, separator: str, source: Source) -> Iterator[tuple[int, lis
                 f"line {number} has {len(fields)} columns, at most {MAX_COLUMNS} are read; write "
                 "the file anew"
             )
-        yield number, fields if any(field.strip() for field in fields) else []
+        if not any(field.strip() for field in fields):
+            fields = []
+        elif width is None:
+            width = len(fields)
+        elif any(field.strip() for field in fields[width:]):
+            source.refuse(
+                f"line {number} has {len(fields)} fields under a header of {width}; decimal commas "
+                "need semicolons or tabs between the fields"
+            )
+        yield number, fields
 
 
 def _bounded(text: str, source: Source) -> Iterator[str]:
