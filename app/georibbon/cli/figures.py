@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from georibbon.cli.arguments import Parser, whole
 from georibbon.cli.outputs import Outputs, folder_made, signals_held
+from georibbon.session.words import counted
 
 if TYPE_CHECKING:
     from georibbon.paper_figures import Figure
@@ -101,7 +102,7 @@ def run(arguments: argparse.Namespace) -> None:
             figures.append(found)
         outputs.place(table).write_text(figures_json(figures), encoding="utf-8")
         outputs.place(page).write_text(figures_page(figures), encoding="utf-8")
-    print(f"\nwritten: {page}, {table} and {len(pictures)} pictures")
+    print(f"\nwritten: {page}, {table} and {counted(len(pictures), 'picture')}")
 
 
 def _print_figure(found: "Figure") -> None:
