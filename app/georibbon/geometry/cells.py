@@ -158,21 +158,12 @@ def spans_between(
     crossed: of either pass, for every tie.
     """
     spans, reasons = [], []
-    for k, (edge, start, end) in enumerate(zip(edges, *crossed, strict=True)):
-        if isinstance(start, Crossing) and isinstance(end, Crossing):
-            span = Span(k, edge, start, end)
-            reason = unfit(span, pair)
-            if reason:
-                reasons.append(f"{tie_names[k]} {reason}")
-            else:
-                spans.append(span)
-            continue
-        near = [
-            f"{tie_names[k]} {one % name}"
-            for one, name in zip((start, end), pair, strict=True)
-            if isinstance(one, str) and one
-        ]
-        reasons += near[:1]
+    for k, (edge, *ends) in enumerate(zip(edges, *crossed, strict=True)):
+        found = span_of(k, edge, ends, pair)
+        if isinstance(found, Span):
+            spans.append(found)
+        elif found:
+            reasons.append(f"{tie_names[k]} {found}")
     spans.sort(key=lambda span: sum(span.crossings))
     kept: list[Span] = []
     for span in spans:
@@ -182,6 +173,23 @@ def spans_between(
         else:
             kept.append(span)
     return kept, reasons
+
+
+def span_of(
+    tie: int, edge: Edge, ends: Sequence[Crossing | str], pair: tuple[str, str]
+) -> Span | str:
+    """A tie between the two passes of a pair; why it is none, nothing where it is far off.
+
+    ends: its crossings with both, or why there are none.
+    """
+    start, end = ends
+    if isinstance(start, Crossing) and isinstance(end, Crossing):
+        span = Span(tie, edge, start, end)
+        return unfit(span, pair) or span
+    whys = [
+        one % name for one, name in zip(ends, pair, strict=True) if isinstance(one, str) and one
+    ]
+    return whys[0] if whys else ""
 
 
 def unfit(span: Span, pair: tuple[str, str]) -> str:
@@ -202,12 +210,33 @@ def checks_of(
 ) -> list[Check]:
     """What is told of the cells of one pair: how many, and the worst of their corners."""
     where = pair_name(*pair)
-    cells = max(len(spans) - 1, 0)
-    if not cells:
+    if len(spans) < 2:
         why = "; ".join(reasons) or "two ties that cross both are needed"
         message = f"no cell is closed between {where}: {why}; the patch between the passes stands"
         return [Check("cells", "warn", 0.0, "", where, message)]
-    ties = ", ".join(tie_names[span.tie] for span in spans)
+    corners = [
+        corner_checks(at.met.corner, pair_name(tie_names[span.tie], name))
+        for span in spans
+        for at, name in zip((span.start, span.end), pair, strict=True)
+    ]
+    angles, normals, twists = zip(*corners, strict=True)
+    return [
+        cells_closed(spans, reasons, where, tie_names, snap),
+        min(angles, key=lambda one: one.value),
+        max(normals, key=lambda one: one.value),
+        max(twists, key=lambda one: one.value),
+    ]
+
+
+def cells_closed(
+    spans: Sequence[Span],
+    reasons: Sequence[str],
+    where: str,
+    tie_names: Sequence[str],
+    snap: float,
+) -> Check:
+    """How many cells two ties or more close between a pair, and how far they were moved."""
+    cells, ties = len(spans) - 1, ", ".join(tie_names[span.tie] for span in spans)
     message = (
         f"{ties} close {cells} cell{'s' if cells > 1 else ''} between {where}, brought onto the "
         f"passes by {1e3 * snap:.2f} mm at most"
@@ -220,18 +249,7 @@ def checks_of(
     if reasons:
         message += f"; left out: {'; '.join(reasons)}"
     verdict = "warn" if reasons else graded(snap, SNAP_LIMIT, np.inf)
-    corners = [
-        corner_checks(at.met.corner, pair_name(tie_names[span.tie], name))
-        for span in spans
-        for at, name in zip((span.start, span.end), pair, strict=True)
-    ]
-    angles, normals, twists = zip(*corners, strict=True)
-    return [
-        Check("cells", verdict, float(cells), "", where, message),
-        min(angles, key=lambda one: one.value),
-        max(normals, key=lambda one: one.value),
-        max(twists, key=lambda one: one.value),
-    ]
+    return Check("cells", verdict, float(cells), "", where, message)
 
 
 def lift_of(model: PatchSet, i: int, spans: Sequence[Span]) -> tuple[PatchLift, float]:

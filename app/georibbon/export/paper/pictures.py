@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
@@ -19,6 +20,7 @@ ROUNDING = 1e-5  # what is less is told as such
 WIDTH = 1600  # pixels, where none are asked for
 LEAST_TEXT = 0.085  # inches
 PANEL = 0.66  # a panel's height over its width
+BELOW = 10.0  # lines of words below a panel, in units of text
 COLOURS_OF = {"paper": "#8a4b08", "georibbon": "#0b5c94", "other": "#50555c"}
 LINES = ("#0b5c94", "#c1440e", "#2e8b57", "#7b4fa3")
 STYLE: dict[Any, Any] = {
@@ -61,39 +63,71 @@ def picture_of(figure: Figure, width: int = WIDTH) -> bytes:
 
     Raises ExportError where the system cannot draw.
     """
-    count = len(figure.choices)
-    columns = count if count <= 3 else (count + 1) // 2
-    rows = -(-count // columns)
-    inches = width / DOTS_PER_INCH
-    text = text_unit(inches)
-    head, foot = 4.8 * text, (7.5 * text if figure.colours else 1.0 * text)
-    below, above = 10.0 * text, 3.6 * text
-    cell = inches / columns
-    height = head + foot + rows * (above + PANEL * cell + below)
-    scale = 1.15 * 72.0 * text / 1.25
+    plan = _Plan(width / DOTS_PER_INCH, len(figure.choices), bool(figure.colours))
+    scale = 1.15 * 72.0 * plan.text / 1.25
     with mpl.rc_context({**STYLE, "font.size": 1.55 * scale}):
-        sheet = Sheet(figsize=(inches, height), dpi=DOTS_PER_INCH)
+        sheet = Sheet(figsize=(plan.inches, plan.height), dpi=DOTS_PER_INCH)
         sheet.text(
-            0.012, 1.0 - 0.45 * head / height, f"Figure {figure.number}. {figure.title}",
+            0.012, 1.0 - 0.45 * plan.head / plan.height, f"Figure {figure.number}. {figure.title}",
             fontsize=2.3 * scale, fontweight="bold", va="center",
         )  # fmt: skip
-        boxes = []
-        for k in range(count):
-            row, column = divmod(k, columns)
-            bottom = height - head - (row + 1) * (above + PANEL * cell + below) + below
-            boxes.append(
-                (
-                    (column * cell + 0.008 * inches) / inches,
-                    bottom / height,
-                    (cell - 0.016 * inches) / inches,
-                    PANEL * cell / height,
-                )
-            )
-        panels = [sheet.add_axes(box) for box in boxes]
-        _draw_panels(sheet, panels, figure, (cell - 0.016 * inches, PANEL * cell))
+        panels = [sheet.add_axes(plan.box(k)) for k in range(plan.count)]
+        _draw_panels(sheet, panels, figure, plan.panel)
         for panel, choice in zip(panels, figure.choices, strict=True):
             _write_words(panel, choice, figure.main, scale)
         return _png(sheet)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Where the panels of a sheet stand, inches: so wide, so many, with a scale of colours or not.
+
+    Three at most stand side by side, more in two rows.
+    """
+
+    inches: float
+    count: int
+    colours: bool
+
+    @property
+    def text(self) -> float:
+        return text_unit(self.inches)
+
+    @property
+    def columns(self) -> int:
+        return self.count if self.count <= 3 else (self.count + 1) // 2
+
+    @property
+    def cell(self) -> float:
+        """The width that a panel has for itself."""
+        return self.inches / self.columns
+
+    @property
+    def panel(self) -> tuple[float, float]:
+        """A panel's width and height."""
+        return self.cell - 0.016 * self.inches, PANEL * self.cell
+
+    @property
+    def head(self) -> float:
+        return 4.8 * self.text
+
+    @property
+    def row(self) -> float:
+        """The height of a panel with the words above and below it."""
+        return (3.6 + BELOW) * self.text + PANEL * self.cell
+
+    @property
+    def height(self) -> float:
+        foot = 7.5 * self.text if self.colours else self.text
+        return self.head + foot + -(-self.count // self.columns) * self.row
+
+    def box(self, k: int) -> tuple[float, float, float, float]:
+        """Left, bottom, width and height of the k-th panel, as shares of the sheet."""
+        row, column = divmod(k, self.columns)
+        bottom = self.height - self.head - (row + 1) * self.row + BELOW * self.text
+        width, height = self.panel
+        left = column * self.cell + 0.008 * self.inches
+        return left / self.inches, bottom / self.height, width / self.inches, height / self.height
 
 
 def text_unit(inches: float) -> float:
