@@ -216,8 +216,8 @@ FIGURES_FR = {
         "30 mm, avec des erreurs de 0,25° chacun, leurs milieux placés exactement.",
         "Une surface libre, des géodésiques que l'on y suit par le calcul, et la surface "
         "reconstruite d'après elles.",
-        "Des courbes exactes donnent la surface à moins d'un dixième de millimètre près, quel que "
-        "soit le choix, autant que les intervalles le permettent ; ce qui limite une surface "
+        "Des courbes exactes donnent la surface à moins de deux dixièmes de millimètre près, quel "
+        "que soit le choix, autant que les intervalles le permettent ; ce qui limite une surface "
         "mesurée, ce sont les angles des capteurs.",
     ),
     17: Words(

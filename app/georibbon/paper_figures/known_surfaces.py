@@ -244,8 +244,8 @@ def figure_16() -> Figure:
         "errors of 0.25° each, their middles placed exactly.",
         "A free-form surface, geodesics followed on it by computation, and the surface rebuilt "
         "from them.",
-        "Exact curves give the surface within a tenth of a millimetre whatever the choice, as far "
-        "as the gaps allow; what limits a measured one is the sensors' angles.",
+        "Exact curves give the surface within two tenths of a millimetre whatever the choice, as "
+        "far as the gaps allow; what limits a measured one is the sensors' angles.",
         (
             _scored("binormals, λ = 1", "paper", plain, strips, truth),
             _scored("Georibbon's default", "georibbon", None, strips, truth),
