@@ -177,7 +177,7 @@ def _check_words(arguments: argparse.Namespace) -> None:
     from georibbon.cli.reconstruction import check_cad, settings_from
     from georibbon.session.calibration_file import read_calibration
 
-    check_cad([Path(f"batch.{one}") for one in arguments.surface], arguments.thickness)
+    check_cad([arguments.output / f"*.{one}" for one in arguments.surface], arguments.thickness)
     settings_from(arguments)
     if arguments.calibration is not None:
         read_calibration(arguments.calibration)
