@@ -42,8 +42,8 @@ def test_good_surfaces_pass_every_check(shape: str) -> None:
     checks = checks_of(strips)
     assert [check for check in checks if check.verdict != "pass"] == []
     assert {check.code for check in checks} == {
-        "heading-drift", "facing", "seam", "fold", "tear", "pinch", "skew", "normal-turn", "gap",
-        "overlap", "self-crossing",
+        "heading-drift", "facing", "seam", "fold", "tear", "directions", "pinch", "skew",
+        "normal-turn", "gap", "overlap", "self-crossing",
     }  # fmt: skip
     assert all(np.isfinite(check.value) for check in checks)
 
@@ -184,6 +184,20 @@ def test_a_sudden_turn_of_the_normals_tears_the_surface() -> None:
     tear = found(checks_of([strips[0], rolled(strips[1], jump)]), "tear")["P1-P2"]
     assert tear.verdict != "pass"
     assert "tears" in tear.message
+
+
+def test_directions_that_turn_suddenly_are_told() -> None:
+    strips = sphere_passes([0.0, 0.1])
+    jump = np.where(strips[1].s > 0.481, 120.0, 0.0)
+    spoilt = [strips[0], rolled(strips[1], jump)]
+    conormal = build_surface(spoilt, ["P1", "P2"], SurfaceSettings(direction="conormal"))
+    check = found(conormal.checks, "directions")["P1-P2"]
+    assert check.verdict == "fail"
+    assert check.value > 90.0
+    assert "safe chord" in check.message
+    whole = found(checks_of(strips), "directions")["P1-P2"]
+    assert whole.verdict == "pass"
+    assert whole.value < 1.0
 
 
 def test_passes_that_nearly_touch_are_told() -> None:

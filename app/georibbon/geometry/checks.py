@@ -15,10 +15,11 @@ from scipy.interpolate import BSpline
 from georibbon.arrays import FloatArray
 from georibbon.geometry.correspondence import PairMatch
 from georibbon.geometry.crossings import crossing_triangles
-from georibbon.geometry.frames import arc_angles
+from georibbon.geometry.frames import arc_angles, unit
+from georibbon.geometry.frenet import continuity
 from georibbon.geometry.mesh import Mesh, grid_mesh
 from georibbon.geometry.patch import Patches, PatchGrid, PatchSet
-from georibbon.geometry.rails import sampled
+from georibbon.geometry.rails import PINCHED, sampled
 from georibbon.geometry.scheme import Found
 
 Verdict = Literal["pass", "warn", "fail"]
@@ -31,6 +32,7 @@ TEAR_LIMITS = (3.0, 8.0)
 PINCH_LIMIT = 5e-3
 SKEW_LIMIT = 0.8
 TURN_LIMIT = 60.0
+DIRECTION_LIMITS = (60.0, 90.0)
 GAP_LIMIT = 2.0
 OVERLAP_LIMIT = 0.5
 UNSETTLED_LIMIT = 0.01
@@ -88,7 +90,7 @@ def all_checks(
     found += [seam(grid, i, name) for i, name in enumerate(names[1:-1])]
     for test in (fold, tear):
         found += [test(grid, i, pair) for i, pair in enumerate(pairs)]
-    for measure in (pinch, skew, normal_turn, gap):
+    for measure in (directions, pinch, skew, normal_turn, gap):
         found += [measure(patches, i, pair) for i, pair in enumerate(pairs)]
     if model.match.rule in {"foot-cover", "foot-trim"}:
         found += [overlap(one, pair) for one, pair in zip(model.match.matches, pairs, strict=True)]
@@ -200,6 +202,22 @@ def tear(grid: PatchGrid, i: int, pair: str) -> Check:
             "normals change suddenly; check these passes' sensors or lay a pass in between"
         )
     return Check("tear", verdict, ratio, "", pair, message)
+
+
+def directions(patches: Patches, i: int, pair: str) -> Check:
+    """How far the lines across turn from one place to the next where they leave and arrive."""
+    apart = patches.rails.gaps[i] >= PINCHED
+    ends = [unit(patches.control[i, apart, row]) for row in (1, -2)]
+    turns = [continuity(one).greatest_turn for one in ends if len(one) > 1]
+    angle = float(np.degrees(max(turns, default=0.0)))
+    verdict = graded(angle, *DIRECTION_LIMITS)
+    message = f"the lines across {pair} turn by up to {angle:.0f}° from one place to the next"
+    if verdict != "pass":
+        message += (
+            f", {DIRECTION_LIMITS[0]:.0f}° at most is expected, or the surface tears there: "
+            "choose the safe chord as their direction, or look at these passes' normals"
+        )
+    return Check("directions", verdict, angle, "°", pair, message)
 
 
 def pinch(patches: Patches, i: int, pair: str) -> Check:

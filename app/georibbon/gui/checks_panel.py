@@ -33,6 +33,7 @@ NAMES = {
     "seam": N_("Normals at the passes"),
     "fold": N_("Fold"),
     "tear": N_("Tear"),
+    "directions": N_("Directions across"),
     "pinch": N_("Pinch"),
     "crossing": N_("Passes that cross"),
     "skew": N_("Skew"),
