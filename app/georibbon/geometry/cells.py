@@ -84,9 +84,12 @@ def with_cells(
     """
     tie_names = [name for name, _ in ties]
     edges = [edge_of(tie) for _, tie in ties]
-    passes = [edge_of(strip) for strip in model.arrangement.strips]
-    pairs = zip(passes, model.match.ends, strict=True)
-    crossed = located(model, [[found_at(tie, one, ends) for tie in edges] for one, ends in pairs])
+    rows = zip(map(edge_of, model.arrangement.strips), names, model.match.ends, strict=True)
+    met = [
+        [found_at(tie, of, one, name, ends) for tie, of in zip(edges, tie_names, strict=True)]
+        for one, name, ends in rows
+    ]
+    crossed = located(model, met)
     lifts: list[PatchLift | None] = []
     found: list[Check] = []
     for i, pair in enumerate(pairwise(names)):
@@ -107,21 +110,22 @@ def no_cells(settings: SurfaceSettings) -> Check:
     return Check("cells", "warn", 0.0, "", "surface", f"no cell is closed, as {why}")
 
 
-def found_at(tie: Edge, one: Edge, ends: FloatArray) -> Meeting | str:
+def found_at(tie: Edge, tie_name: str, one: Edge, name: str, ends: FloatArray) -> Meeting | str:
     """Where a tie meets a pass; why not where it does not, nothing where it is far off.
 
-    ends: (2,) metres, between which the pass is matched.
+    name: of the pass.  ends: (2,) metres, between which the pass is matched.
     """
     met = meeting(tie, one)
     if met.miss > MISS_LIMIT:
         far = met.miss > OUT_OF_REACH
-        return "" if far else f"misses %s by {1e3 * met.miss:.1f} mm"
+        return "" if far else f"{tie_name} misses {name} by {1e3 * met.miss:.1f} mm"
     if acute(met.corner) < OBLIQUE_LIMIT:
-        return f"crosses %s at {acute(met.corner):.0f}°"
+        return f"{tie_name} crosses {name} at {acute(met.corner):.0f}°"
     if np.degrees(met.corner.normals) > AGREE_LIMITS[1]:
-        return f"sees normals {np.degrees(met.corner.normals):.0f}° from those of %s"
+        angle = np.degrees(met.corner.normals)
+        return f"{tie_name} sees normals {angle:.0f}° from those of {name}"
     if not ends[0] - CUT_OFF <= met.places[1] <= ends[1] + CUT_OFF:
-        return "crosses %s where the surface is cut off"
+        return f"{tie_name} crosses {name} where the surface is cut off"
     return met
 
 
@@ -159,11 +163,11 @@ def spans_between(
     """
     spans, reasons = [], []
     for k, (edge, *ends) in enumerate(zip(edges, *crossed, strict=True)):
-        found = span_of(k, edge, ends, pair)
+        found = span_of(k, edge, ends, (tie_names[k], *pair))
         if isinstance(found, Span):
             spans.append(found)
         elif found:
-            reasons.append(f"{tie_names[k]} {found}")
+            reasons.append(found)
     spans.sort(key=lambda span: sum(span.crossings))
     kept: list[Span] = []
     for span in spans:
@@ -176,28 +180,26 @@ def spans_between(
 
 
 def span_of(
-    tie: int, edge: Edge, ends: Sequence[Crossing | str], pair: tuple[str, str]
+    tie: int, edge: Edge, ends: Sequence[Crossing | str], names: tuple[str, str, str]
 ) -> Span | str:
     """A tie between the two passes of a pair; why it is none, nothing where it is far off.
 
-    ends: its crossings with both, or why there are none.
+    ends: its crossings with both, or why there are none.  names: the tie's and theirs.
     """
     start, end = ends
     if isinstance(start, Crossing) and isinstance(end, Crossing):
         span = Span(tie, edge, start, end)
-        return unfit(span, pair) or span
-    whys = [
-        one % name for one, name in zip(ends, pair, strict=True) if isinstance(one, str) and one
-    ]
+        return unfit(span, *names) or span
+    whys = [one for one in ends if isinstance(one, str) and one]
     return whys[0] if whys else ""
 
 
-def unfit(span: Span, pair: tuple[str, str]) -> str:
+def unfit(span: Span, tie: str, first: str, second: str) -> str:
     """Why a tie that crosses two passes can still close no cell; nothing where it can."""
     if abs(span.end.met.places[0] - span.start.met.places[0]) < PINCHED:
-        return f"crosses {pair[0]} and {pair[1]} where they touch"
+        return f"{tie} crosses {first} and {second} where they touch"
     if span.start.met.corner.side != span.end.met.corner.side:
-        return f"turns over between {pair[0]} and {pair[1]}"
+        return f"{tie} turns over between {first} and {second}"
     return ""
 
 
@@ -243,7 +245,7 @@ def cells_closed(
     )
     if snap > SNAP_LIMIT:
         message += (
-            f", {1e3 * SNAP_LIMIT:.0f} mm at most is expected: "
+            f"; {1e3 * SNAP_LIMIT:.0f} mm at most is expected: "
             "give the places where ties cross passes in the survey"
         )
     if reasons:

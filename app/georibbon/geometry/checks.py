@@ -136,7 +136,8 @@ def heading_drift(spline: BSpline, ends: FloatArray, frame_sigma: float | None, 
     if verdict != "pass":
         message += (
             ": lay it flat again without pulling it sideways, or fit it by the ribbon method, "
-            "which holds it to what a ribbon can do"
+            "which holds it to what a ribbon can do; of a curve from elsewhere, look for points "
+            "that lie beside it"
         )
     return Check("heading-drift", verdict, float(np.degrees(drift)), "°", name, message)
 
