@@ -15,7 +15,7 @@ ifeq ($(shell uname),Linux)
 SCREEN := xvfb-run --auto-servernum --server-args="-screen 0 1600x1200x24"
 endif
 
-PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder
 # The tests that hold the core to its coverage; to trace the others too costs minutes.
 CORE := tests/calibration tests/fitting tests/geometry tests/test_pass_settings.py \
 	tests/test_reconstruction.py
@@ -62,10 +62,12 @@ test: $(TEST)
 	@$(BIN)/lint-imports
 	@mkdir -p build
 	@echo "== Tests of the core (pytest, two at a time; coverage by line in build/coverage)"
-	@COVERAGE_FILE=build/.coverage $(PYTEST) --cov --cov-report= $(CORE)
+	@COVERAGE_FILE=build/.coverage $(PYTEST) -n 2 --cov --cov-report= $(CORE)
 	@COVERAGE_FILE=build/.coverage $(BIN)/python packaging/coverage_floor.py build/coverage
-	@echo "== All other tests (pytest, two at a time)"
-	@$(SCREEN) $(PYTEST) $(addprefix --ignore=,$(CORE))
+	@echo "== Tests of the window (pytest, two at a time: they share a display)"
+	@$(SCREEN) $(PYTEST) -n 2 tests/gui
+	@echo "== All other tests (pytest, four at a time: many wait for ports and processes)"
+	@$(SCREEN) $(PYTEST) -n 4 --ignore=tests/gui $(addprefix --ignore=,$(CORE))
 
 benchmarks: $(TEST)
 	@mkdir -p build/benchmarks
