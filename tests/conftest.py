@@ -33,3 +33,13 @@ def small_capture(tmp_path_factory):
     words = ["simulate", "dome", "-o", str(folder), "--sensors=16", "--passes=3", "--frames=40"]
     assert main([*words, "--length=0.6", "--seed=3"]) == 0
     return folder
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Makes the long work a fault: what is refused late exits with 1."""
+
+    def reconstruct(*_):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)

@@ -7,29 +7,11 @@ import signal
 import pytest
 
 from georibbon.cli import main
+from refusing import refused
 
 TOLD = re.compile(
     r"one spline within (\S+) mm and \S+° of the patches, (\d+) × (\d+) control points, read back"
 )
-
-
-@pytest.fixture
-def no_work(monkeypatch):
-    """Makes the long work a fault: what is refused late exits with 1."""
-
-    def reconstruct(*_):
-        raise AssertionError("the work has begun")
-
-    monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)
-
-
-def refused(words, capsys) -> str:
-    capsys.readouterr()
-    assert main([str(word) for word in words]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("georibbon: error: ")
-    assert told.count("\n") == 1
-    return told
 
 
 def test_reconstruct_writes_both_formats_within_the_tolerance(small_capture, tmp_path, capsys):

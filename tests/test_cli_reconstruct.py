@@ -9,6 +9,7 @@ import pytest
 
 from georibbon.cli import main
 from georibbon.errors import ExportError
+from refusing import refused
 from synthetic import reconstruction
 
 OUTPUTS = ("part.stl", "part.obj", "part.ply", "part.csv", "part.json", "part.html", "part.png")
@@ -39,25 +40,6 @@ def settings_asked(monkeypatch):
 
     monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)
     return seen
-
-
-@pytest.fixture
-def no_work(monkeypatch):
-    """Makes the long work a fault: what is refused late exits with 1."""
-
-    def reconstruct(*_):
-        raise AssertionError("the work has begun")
-
-    monkeypatch.setattr("georibbon.reconstruction.reconstruct", reconstruct)
-
-
-def refused(words, capsys) -> str:
-    capsys.readouterr()
-    assert main([str(word) for word in words]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("georibbon: error: ")
-    assert told.count("\n") == 1
-    return told
 
 
 def points(curves) -> list[float]:

@@ -11,6 +11,7 @@ from georibbon.cli import main
 from georibbon.session.file import create_session
 from georibbon.session.folder import read_recording
 from georibbon.session.session import Session
+from refusing import refused
 
 
 @pytest.fixture
@@ -117,15 +118,6 @@ def test_info_for_programs(small_capture, capsys):
     assert [run["name"] for run in facts["passes"]] == ["P1", "P2", "P3"]
     assert facts["passes"][0]["frames"] == 40
     assert facts["survey"]["marks"] == 6
-
-
-def refused(words, capsys) -> str:
-    capsys.readouterr()
-    assert main([str(word) for word in words]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("georibbon: error: ")
-    assert told.count("\n") == 1
-    return told
 
 
 def test_sources_that_are_none(tmp_path, capsys):

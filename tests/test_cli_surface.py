@@ -7,6 +7,7 @@ import shutil
 import numpy as np
 import pytest
 
+import refusing
 from georibbon.cli import main
 from georibbon.export.curves import write_strips
 from georibbon.geometry.geodesics import geodesic
@@ -45,12 +46,7 @@ def lay(*words, capsys=None):
 
 
 def refused(*words, capsys):
-    capsys.readouterr()
-    assert main(["surface", *map(str, words)]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("georibbon: error: ")
-    assert told.count("\n") == 1
-    return told
+    return refusing.refused(["surface", *words], capsys)
 
 
 def vertices(obj):

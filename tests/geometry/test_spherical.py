@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from georibbon.errors import FitError
-from georibbon.geometry.frames import arc_angles, frames_from, unit
+from georibbon.geometry.frames import arc_angles, frames_from
 from georibbon.geometry.geodesics import geodesic
 from georibbon.geometry.reference import Bonnet
 from georibbon.geometry.spherical import (
@@ -13,20 +13,7 @@ from georibbon.geometry.spherical import (
     curve_from_tangents,
     interpolate_frames,
 )
-
-
-def helix(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    a, b = 0.1, 0.03
-    t = s / np.hypot(a, b)
-    points = np.stack([a * np.cos(t), a * np.sin(t), b * t], axis=1)
-    tangents = np.stack([-a * np.sin(t), a * np.cos(t), np.full_like(t, b)], axis=1)
-    return points - points[0], tangents / np.hypot(a, b), unit(points * [1.0, 1.0, 0.0])
-
-
-def some_directions(count: int) -> np.ndarray:
-    rng = np.random.default_rng(5)
-    steps = 0.3 * rng.normal(size=(count, 3))
-    return unit(np.array([1.0, 0.5, 0.2]) + np.cumsum(steps, axis=0))
+from known_curves import helix, some_directions
 
 
 def test_directions_are_unit_and_pass_through_the_samples() -> None:

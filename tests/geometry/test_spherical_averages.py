@@ -12,21 +12,9 @@ from georibbon.geometry.settings import TANGENTS
 from georibbon.geometry.spherical import curve_from_tangents, interpolate_frames
 from georibbon.geometry.spherical_averages import AverageSpline, weighted_average
 from georibbon.geometry.tangent_splines import SPLINES
+from known_curves import helix, some_directions
 
 every_spline = pytest.mark.parametrize("kind", TANGENTS)
-
-
-def some_directions(count: int, spread: float = 0.3) -> np.ndarray:
-    steps = spread * np.random.default_rng(5).normal(size=(count, 3))
-    return unit(np.array([1.0, 0.5, 0.2]) + np.cumsum(steps, axis=0))
-
-
-def helix(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    a, b = 0.1, 0.03
-    t = s / np.hypot(a, b)
-    points = np.stack([a * np.cos(t), a * np.sin(t), b * t], axis=1)
-    tangents = np.stack([-a * np.sin(t), a * np.cos(t), np.full_like(t, b)], axis=1)
-    return points - points[0], tangents / np.hypot(a, b), unit(points * [1.0, 1.0, 0.0])
 
 
 def clusters(count: int = 20) -> tuple[np.ndarray, np.ndarray]:

@@ -174,7 +174,8 @@ def _endings(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 def _check_words(arguments: argparse.Namespace) -> None:
     """What is wrong with the words, or with the calibration's file, is told before the work."""
-    from georibbon.cli.reconstruction import check_cad, settings_from
+    from georibbon.cli.reconstruction import settings_from
+    from georibbon.cli.result_files import check_cad
     from georibbon.session.calibration_file import read_calibration
 
     check_cad([arguments.output / f"*.{one}" for one in arguments.surface], arguments.thickness)

@@ -1,23 +1,18 @@
 """``georibbon reconstruct``: the main job."""
 
 import argparse
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from georibbon.cli import result_files
 from georibbon.cli.arguments import Parser, above_zero, millimetres, number, pair
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_reconstruction
+from georibbon.cli.result_files import add_files, print_written, write_surfaces
 from georibbon.errors import SettingsError
-from georibbon.export.files import (
-    CAD_ENDINGS,
-    CURVES_ENDINGS,
-    PICTURE_ENDINGS,
-    REPORT_ENDINGS,
-    SURFACE_ENDINGS,
-    require_ending,
-)
+from georibbon.export.files import REPORT_ENDINGS, require_ending
 from georibbon.geometry.settings import (
     CORRESPONDENCES,
     DIRECTIONS,
@@ -29,18 +24,12 @@ from georibbon.geometry.settings import (
 
 if TYPE_CHECKING:
     from georibbon.calibration.model import Calibration
-    from georibbon.geometry.surface import Surface
     from georibbon.reconstruction import Reconstruction, ReconstructionSettings
     from georibbon.session.source import Loaded
 
 ALL_PASSES = "*"
 OF_RIBBON = ("smoothing", "weight")  # what the paper's way knows nothing of
 OF_PAPER = ("tangents",)  # and what it alone knows
-
-SURFACE_FILES = (
-    "the surface as .stl (binary), .obj or .ply, or as one spline for CAD programs, .step or "
-    ".iges (they need the extra cad); may be repeated"
-)
 
 DESCRIPTION = """\
 Turn a recording into the surface that the ribbon was laid on: calibrate from the poses,
@@ -69,32 +58,15 @@ def configure(_name: str, parser: Parser) -> None:
     parser.add_argument(
         "source", metavar="SOURCE", type=Path, help="recording folder or .georibbon session"
     )
-    _add_outputs(parser.add_argument_group("what to write"))
+    add_files(
+        parser.add_argument_group("what to write"),
+        unit="of the surface files (default mm); the report tells it",
+        curves="the passes as .csv, in metres: pass, s, x, y, z, nx, ny, nz, sigma, …",
+        report=".html or .pdf for people, .json for programs; may be repeated",
+        picture="a .png of the surface coloured by its uncertainty",
+    )
     add_settings(parser.add_argument_group("how to reconstruct"))
     parser.set_defaults(run=run)
-
-
-def _add_outputs(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help=SURFACE_FILES,
-    )  # fmt: skip
-    group.add_argument(
-        "--unit", choices=("mm", "cm", "m", "in"), default="mm",
-        help="of the surface files (default mm); the report tells it",
-    )  # fmt: skip
-    group.add_argument(
-        "--curves", metavar="FILE", type=Path,
-        help="the passes as .csv, in metres: pass, s, x, y, z, nx, ny, nz, sigma, …",
-    )  # fmt: skip
-    group.add_argument(
-        "--report", metavar="FILE", type=Path, action="append", default=[],
-        help=".html or .pdf for people, .json for programs; may be repeated",
-    )  # fmt: skip
-    group.add_argument(
-        "--picture", metavar="FILE", type=Path,
-        help="a .png of the surface coloured by its uncertainty",
-    )  # fmt: skip
 
 
 def add_settings(group: argparse._ArgumentGroup) -> None:
@@ -256,38 +228,14 @@ def run(arguments: argparse.Namespace) -> None:
     print_reconstruction(result)
     for line in used:
         print(line)
-    for target in outputs.targets:
-        unit = f" ({arguments.unit})" if target in arguments.surface else ""
-        print(f"written: {target}{unit}{told.get(target, '')}")
+    print_written(outputs, arguments, told)
 
 
 def targets(arguments: argparse.Namespace) -> list[Path]:
     """All files to write; ExportError for an ending that names no format."""
-    curves = [arguments.curves] if arguments.curves else []
-    pictures = [arguments.picture] if arguments.picture else []
-    for paths, endings, what in (
-        (arguments.surface, SURFACE_ENDINGS, "a surface"),
-        (curves, CURVES_ENDINGS, "curves"),
-        (arguments.report, REPORT_ENDINGS, "a report"),
-        (pictures, PICTURE_ENDINGS, "a picture"),
-    ):
-        for path in paths:
-            require_ending(path, endings, what)
-    check_cad(arguments.surface, arguments.thickness)
-    return [*arguments.surface, *curves, *arguments.report, *pictures]
-
-
-def check_cad(surfaces: Sequence[Path], thickness: float | None) -> None:
-    """Raise ExportError where files for CAD programs are wanted that cannot be written.
-
-    thickness: metres, of the solid that is asked for.
-    """
-    if any(path.suffix.lower() in CAD_ENDINGS for path in surfaces):
-        from georibbon.export.surface_files import require_cad
-
-        with signals_held():  # the kernel takes an interrupt while it loads for a fault of its own
-            for path in surfaces:
-                require_cad(path, thickness)
+    return result_files.targets(
+        arguments, lambda path: require_ending(path, REPORT_ENDINGS, "a report")
+    )
 
 
 def _calibration(path: Path | None) -> "Calibration | None":
@@ -445,21 +393,4 @@ def write(
             from georibbon.export.picture import write_picture
 
             write_picture(result, outputs.place(arguments.picture))
-    return told
-
-
-def write_surfaces(
-    surface: "Surface | None", outputs: Outputs, arguments: argparse.Namespace, name: str
-) -> dict[Path, str]:
-    """Prepare the surface's files; returns what is to be told of some beside their names."""
-    from georibbon.export.surface_files import in_words, write_surface
-
-    told: dict[Path, str] = {}
-    if surface is None:
-        return told
-    for path in arguments.surface:
-        with signals_held():
-            facts = write_surface(surface, outputs.place(path), arguments.unit, name)
-        if facts is not None:
-            told[path] = f", {in_words(facts)}"
     return told

@@ -7,20 +7,9 @@ from typing import TYPE_CHECKING
 from georibbon.cli.arguments import Parser, zero_or_millimetres
 from georibbon.cli.outputs import Outputs, signals_held
 from georibbon.cli.printing import print_notices, print_surface
-from georibbon.cli.reconstruction import (
-    SURFACE_FILES,
-    add_surface,
-    check_cad,
-    require_heard,
-    write_surfaces,
-)
+from georibbon.cli.reconstruction import add_surface, require_heard
+from georibbon.cli.result_files import add_files, print_written, targets, write_surfaces
 from georibbon.errors import ExportError
-from georibbon.export.files import (
-    CURVES_ENDINGS,
-    PICTURE_ENDINGS,
-    SURFACE_ENDINGS,
-    require_ending,
-)
 from georibbon.geometry.settings import NORMAL_RULES, SurfaceSettings
 from georibbon.session.words import counted
 
@@ -59,7 +48,13 @@ def configure(_name: str, parser: Parser) -> None:
         "--curves-unit", choices=("mm", "cm", "m", "in"), default="m",
         help="of the lengths in CURVES.csv (default m, as Georibbon writes them)",
     )  # fmt: skip
-    _add_outputs(parser.add_argument_group("what to write"))
+    add_files(
+        parser.add_argument_group("what to write"),
+        unit="of the surface files (default mm)",
+        curves="the curves as they were laid, as .csv, in metres, with all columns",
+        report="curves, checks and notices as .json, for programs; may be repeated",
+        picture="a .png of the surface and the curves",
+    )
     group = parser.add_argument_group("how to take the curves")
     group.add_argument(
         "--normals", choices=NORMAL_RULES,
@@ -81,34 +76,12 @@ def configure(_name: str, parser: Parser) -> None:
     parser.set_defaults(run=run)
 
 
-def _add_outputs(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--surface", metavar="FILE", type=Path, action="append", default=[],
-        help=SURFACE_FILES,
-    )  # fmt: skip
-    group.add_argument(
-        "--unit", choices=("mm", "cm", "m", "in"), default="mm",
-        help="of the surface files (default mm)",
-    )  # fmt: skip
-    group.add_argument(
-        "--curves", metavar="FILE", type=Path,
-        help="the curves as they were laid, as .csv, in metres, with all columns",
-    )  # fmt: skip
-    group.add_argument(
-        "--report", metavar="FILE", type=Path, action="append", default=[],
-        help="curves, checks and notices as .json, for programs; may be repeated",
-    )  # fmt: skip
-    group.add_argument(
-        "--picture", metavar="FILE", type=Path, help="a .png of the surface and the curves"
-    )
-
-
 def run(arguments: argparse.Namespace) -> None:
     """Lay the surface, write what was asked for, print what it is."""
     from georibbon.export.laying import lay
     from georibbon.session.curves_file import read_curves
 
-    with Outputs(_targets(arguments), inputs=(arguments.source,)) as outputs:
+    with Outputs(targets(arguments, _require_json), inputs=(arguments.source,)) as outputs:
         framing, settings = _framing(arguments), _settings(arguments)
         file = read_curves(arguments.source, arguments.curves_unit)
         laid = lay(file.curves, framing, settings, measured=arguments.normals is None)
@@ -118,30 +91,16 @@ def run(arguments: argparse.Namespace) -> None:
         print(_line(curve, framing.normals))
     print_surface(laid.surface)
     print_notices((*file.notices, *laid.notices))
-    for target in outputs.targets:
-        unit = f" ({arguments.unit})" if target in arguments.surface else ""
-        print(f"written: {target}{unit}{told.get(target, '')}")
+    print_written(outputs, arguments, told)
 
 
-def _targets(arguments: argparse.Namespace) -> list[Path]:
-    """All files to write; ExportError for an ending that names no format."""
-    curves = [arguments.curves] if arguments.curves else []
-    pictures = [arguments.picture] if arguments.picture else []
-    for paths, endings, what in (
-        (arguments.surface, SURFACE_ENDINGS, "a surface"),
-        (curves, CURVES_ENDINGS, "curves"),
-        (pictures, PICTURE_ENDINGS, "a picture"),
-    ):
-        for path in paths:
-            require_ending(path, endings, what)
-    check_cad(arguments.surface, arguments.thickness)
-    for path in arguments.report:
-        if path.suffix.lower() != ".json":
-            raise ExportError(
-                f"{path}: a report on curves is written as .json; pages (.html, .pdf) are of "
-                "recordings, by georibbon reconstruct"
-            )
-    return [*arguments.surface, *curves, *arguments.report, *pictures]
+def _require_json(path: Path) -> None:
+    """Raise ExportError for a report that is none for programs."""
+    if path.suffix.lower() != ".json":
+        raise ExportError(
+            f"{path}: a report on curves is written as .json; pages (.html, .pdf) are of "
+            "recordings, by georibbon reconstruct"
+        )
 
 
 def _framing(arguments: argparse.Namespace) -> "FramingSettings":

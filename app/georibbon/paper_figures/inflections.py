@@ -49,13 +49,7 @@ def figure_4() -> Figure:
         "Binormals as the curves give them tear the surface. Georibbon's frames from a curve "
         "alone do not know the binormal's sign at all, so there is nothing that could turn over.",
         (
-            _choice(
-                "binormals as they come",
-                "paper",
-                ALONG_BINORMALS,
-                laid_plainly(raw, "conormal", (1.0, 1.0)),
-                facing(raw),
-            ),
+            _along_binormals("binormals as they come", raw, facing(raw)),
             _by_default(raw),
         ),
         main=("tear_ratio", "self_crossing_pairs", "fold_least", "normal_jump_deg"),
@@ -75,13 +69,7 @@ def figure_5() -> Figure:
         "On exact curves the plain rule is enough, and both surfaces are whole. On measured ones "
         "it is not: see figures 12 and 13.",
         (
-            _choice(
-                "binormals kept",
-                "paper",
-                ALONG_BINORMALS,
-                laid_plainly(kept, "conormal", (1.0, 1.0)),
-                kept,
-            ),
+            _along_binormals("binormals kept", kept),
             _by_default(kept),
         ),
         main=("tear_ratio", "self_crossing_pairs", "fold_least", "normal_jump_deg"),
@@ -112,20 +100,8 @@ def figure_6() -> Figure:
         "brought into the tangent plane tears it as well; the default keeps it in one piece, and "
         "its checks say that it runs through itself.",
         (
-            _choice(
-                "binormals towards the arc",
-                "paper",
-                ALONG_BINORMALS,
-                laid_plainly(facing_strips, "conormal", (1.0, 1.0)),
-                facing_strips,
-            ),
-            _choice(
-                "binormals kept",
-                "paper",
-                ALONG_BINORMALS,
-                laid_plainly(kept, "conormal", (1.0, 1.0)),
-                kept,
-            ),
+            _along_binormals("binormals towards the arc", facing_strips),
+            _along_binormals("binormals kept", kept),
             _choice(
                 "along the chord",
                 "paper",
@@ -156,6 +132,15 @@ def _by_default(strips: list[Strip]) -> Choice:
         laid_by(found),
         found,
     )
+
+
+def _along_binormals(name: str, strips: list[Strip], shown: list[Strip] | None = None) -> Choice:
+    """The paper's way: tangents along the binormals, as long as the chord.
+
+    shown: the strips whose normals are drawn and measured, where they are others.
+    """
+    built = laid_plainly(strips, "conormal", (1.0, 1.0))
+    return _choice(name, "paper", ALONG_BINORMALS, built, shown or strips)
 
 
 def _choice(name: str, whose: Whose, settings: str, built: Built, strips: list[Strip]) -> Choice:
