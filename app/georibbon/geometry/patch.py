@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import BSpline
 
-from georibbon.arrays import FloatArray
+from georibbon.arrays import BoolArray, FloatArray
 from georibbon.geometry.correspondence import Arrangement, Correspondence, correspond
 from georibbon.geometry.frames import cross, dot, unit
 from georibbon.geometry.interior import QUINTIC
@@ -154,23 +154,29 @@ class PatchGrid:
     reference: FloatArray
 
     @cached_property
+    def pinched(self) -> BoolArray:
+        """(..., k, m) where the patch has no width, as its strips lie on each other."""
+        along, across = dot(self.along, self.along), dot(self.across, self.across)
+        narrow: BoolArray = (along == 0.0) | (across < PINCHED**2)
+        return narrow
+
+    @cached_property
     def turn(self) -> FloatArray:
         """(..., k, m) J = (F_u x F_v) . N / (|F_u| |F_v|): 1 upright and square, <= 0 folded.
 
         1 where the strips lie within a millimetre of each other.
         """
         along, across = dot(self.along, self.along), dot(self.across, self.across)
-        pinched = (along == 0.0) | (across < PINCHED**2)
         upright = dot(cross(self.along, self.across), self.reference)
-        ratio = upright / np.sqrt(np.where(pinched, 1.0, along * across))
-        return np.where(pinched, 1.0, ratio)
+        ratio = upright / np.sqrt(np.where(self.pinched, 1.0, along * across))
+        return np.where(self.pinched, 1.0, ratio)
 
     @property
     def normals(self) -> FloatArray:
-        """(..., k, m, 3) unit normals; where the patch is folded, the strips' normals blended."""
+        """(..., k, m, 3) unit normals; where it is folded or pinched, the strips' blended."""
         square = cross(self.along, self.across)
-        good = (dot(square, self.reference) > 0.0)[..., None]
-        return unit(np.where(good, square, self.reference))
+        good = (dot(square, self.reference) > 0.0) & ~self.pinched
+        return unit(np.where(good[..., None], square, self.reference))
 
 
 def patch_grid(

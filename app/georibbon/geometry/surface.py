@@ -280,7 +280,7 @@ def subdivided(
     v, rows = np.linspace(0.0, 1.0, ANALYSIS_ROWS), sample.control.shape[-2]
     stretch = 8.0 * STRETCH_SHARE * tolerance
     speed_u = np.sqrt(dot(grid.along, grid.along))
-    speed_v, normals = widths_and_normals(grid)
+    speed_v, normals = widths(grid), grid.normals
     bends = basis(v, 0, rows) @ sample.bend
     twists, crossways = basis(v, 1, rows) @ sample.slope, basis(v, 2, rows) @ sample.control
     for i, lift in enumerate(sample.cells.lifts if sample.cells is not None else ()):
@@ -298,17 +298,16 @@ def subdivided(
     return equal_shares(u, density, int(counts.sum())), counts
 
 
-def widths_and_normals(grid: PatchGrid) -> tuple[FloatArray, FloatArray]:
-    """|F_v| (..., k, m) and unit normals (..., k, m, 3), sound too where passes meet in a point.
+def widths(grid: PatchGrid) -> FloatArray:
+    """(..., k, m) |F_v|, or a tenth of the patch's greatest where it narrows to less.
 
-    Where a patch narrows to less than a tenth of its greatest width it counts as
-    so wide, and below a millimetre the passes' own normals are taken: both then
-    ask for cells of a finite size, and of no larger ones than the patch needs.
+    Where passes meet in a point it then asks for cells of a finite size, and for
+    no larger ones than the patch needs.
     """
-    speed = np.sqrt(dot(grid.across, grid.across))
-    least = np.maximum(PINCHED, NARROW * speed.max(axis=(-2, -1), keepdims=True))
-    normals = np.where((speed < PINCHED)[..., None], grid.reference, grid.normals)
-    return np.maximum(speed, least), normals
+    speed: FloatArray = np.sqrt(dot(grid.across, grid.across))
+    least = NARROW * speed.max(axis=(-2, -1), keepdims=True)
+    wide: FloatArray = np.maximum(speed, np.maximum(PINCHED, least))
+    return wide
 
 
 def normal_part(derivative: FloatArray, normals: FloatArray) -> FloatArray:
